@@ -1,0 +1,11 @@
+//! steradian: a headless, progressive Monte Carlo renderer whose every number can be checked.
+
+#![deny(unsafe_code)]
+
+pub mod bsdf;
+pub mod bvh;
+pub mod math;
+pub mod prepare;
+pub mod sampler;
+pub mod scene;
+pub mod shader;

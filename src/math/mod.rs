@@ -1,0 +1,3 @@
+//! f64 mathematics of the host and the oracle: warps, frames, spectra, special functions.
+
+pub mod warp;

@@ -1,0 +1,199 @@
+//! The rows of the tables. One record type a table; layouts never depend on features.
+
+use crate::gpu_record;
+
+/// No light, no medium, no row.
+pub const NONE: u32 = u32::MAX;
+
+gpu_record! {
+    /// Perspective camera at the origin. Camera ray through film position (x, y) in pixels, row 0 on top:
+    /// `d = normalize(forward + (x * inv_size.x - 1) * right + (1 - y * inv_size.y) * up)`, inv_size = 2/(width, height).
+    pub struct CameraRecord {
+        forward: [f32; 3],
+        /// 2 / width.
+        inv_width: f32,
+        /// Scaled by tan(fov_y/2) * width/height.
+        right: [f32; 3],
+        /// 2 / height.
+        inv_height: f32,
+        /// Scaled by tan(fov_y/2).
+        up: [f32; 3],
+        /// Medium the camera stands in, a row of `media`, or NONE.
+        medium: u32,
+    }
+}
+
+gpu_record! {
+    /// One triangle, leaf order. Front is counter-clockwise.
+    pub struct TriangleRecord {
+        v0: [f32; 3],
+        v1: [f32; 3],
+        v2: [f32; 3],
+        /// Row of `faces`: the primitive's number, stable under BVH changes.
+        face: u32,
+        /// Row of `lights`, or NONE.
+        light: u32,
+        /// Row of `materials`.
+        material: u32,
+    }
+}
+
+gpu_record! {
+    /// One analytic sphere, leaf order. Front is outside.
+    pub struct SphereRecord {
+        center: [f32; 3],
+        radius: f32,
+        /// World to local rotation as a unit quaternion (x, y, z, w), for uv.
+        rotation: [f32; 4],
+        /// The primitive's number: face count + number of the sphere.
+        primitive: u32,
+        light: u32,
+        material: u32,
+        instance: u32,
+    }
+}
+
+gpu_record! {
+    /// Vertex numbers of a face (rows of normals, uvs, ...), and flags.
+    pub struct FaceRecord {
+        vertices: [u32; 3],
+        /// FACE_* bits.
+        flags: u32,
+    }
+}
+/// The vertices carry normals.
+pub const FACE_SMOOTH: u32 = 1;
+/// The vertices carry tangents.
+pub const FACE_TANGENTS: u32 = 2;
+
+gpu_record! {
+    /// World-space unit normal; `handedness` is the bitangent's sign.
+    pub struct NormalRecord { normal: [f32; 3], handedness: f32 }
+}
+gpu_record! {
+    /// World-space tangent (not needed to be orthogonal to the normal); the fourth word is unused.
+    pub struct TangentRecord { tangent: [f32; 3], reserved: f32 }
+}
+gpu_record! {
+    pub struct UvRecord { uv0: [f32; 2], uv1: [f32; 2] }
+}
+gpu_record! {
+    pub struct ColorRecord { rgba: [f32; 4] }
+}
+
+gpu_record! {
+    pub struct MaterialRecord {
+        /// Number of the pattern structure (the generated function that fills the BSDF's inputs).
+        pattern: u32,
+        /// First row of its constants in `material_data`.
+        data: u32,
+        /// Position in `bsdf::MODELS`.
+        bsdf: u32,
+        /// MATERIAL_* bits.
+        flags: u32,
+        /// For MATERIAL_MASK.
+        alpha_cutoff: f32,
+        /// Medium behind the surface, a row of `media`, or NONE.
+        interior: u32,
+        priority: u32,
+        /// Factor on x and y of the normal map.
+        normal_scale: f32,
+    }
+}
+pub const MATERIAL_EMITS: u32 = 1;
+pub const MATERIAL_EMITS_TWO_SIDED: u32 = 2;
+pub const MATERIAL_MASK: u32 = 4;
+pub const MATERIAL_BLEND: u32 = 8;
+/// The model transmits: the shading frame keeps the outside.
+pub const MATERIAL_TRANSMITS: u32 = 16;
+pub const MATERIAL_NORMAL_MAP: u32 = 32;
+
+gpu_record! {
+    pub struct TextureRecord {
+        width: u32,
+        height: u32,
+        /// First row in `texels`.
+        first_row: u32,
+        /// TEXTURE_* bits.
+        flags: u32,
+    }
+}
+pub const TEXTURE_WRAP_U_SHIFT: u32 = 0; // 2 bits: 0 repeat, 1 mirror, 2 clamp
+pub const TEXTURE_WRAP_V_SHIFT: u32 = 2;
+pub const TEXTURE_NEAREST: u32 = 16;
+pub const TEXTURE_SRGB: u32 = 32;
+/// Texels are RGBA16F, 2 a row; else RGBA8, 4 a row.
+pub const TEXTURE_HALF: u32 = 64;
+
+gpu_record! {
+    /// One light. Triangles and spheres copy their geometry, so that sampling reads one record.
+    pub struct LightRecord {
+        /// Triangle: vertex 0. Sphere: centre.
+        a: [f32; 3],
+        /// LIGHT_*.
+        kind: u32,
+        /// Triangle: vertex 1. Sphere: radius in x.
+        b: [f32; 3],
+        /// Row of `materials` (emission), NONE for the sky.
+        material: u32,
+        /// Triangle: vertex 2.
+        c: [f32; 3],
+        /// Face number, or sphere number in `spheres`.
+        shape: u32,
+        /// Probability of being chosen, exactly that of the integer alias table.
+        pmf: f32,
+        reserved: [u32; 3],
+    }
+}
+pub const LIGHT_TRIANGLE: u32 = 0;
+pub const LIGHT_SPHERE: u32 = 1;
+pub const LIGHT_SKY: u32 = 2;
+
+gpu_record! {
+    /// Two entries of an alias table (Vose 1991). Entry i is kept when the fraction word < threshold, else its alias is taken.
+    pub struct AliasRecord {
+        threshold0: u32,
+        alias0: u32,
+        threshold1: u32,
+        alias1: u32,
+    }
+}
+
+gpu_record! {
+    pub struct SkyRecord {
+        /// Uniform radiance, or the factor on the texels.
+        scale: [f32; 3],
+        /// 0: uniform or none.
+        width: u32,
+        /// cos and sin of the rotation about +y.
+        rotation: [f32; 2],
+        height: u32,
+        reserved: u32,
+    }
+}
+gpu_record! {
+    /// Linear radiance of a texel before `SkyRecord::scale`, and the probability of the cell for sampling.
+    pub struct SkyTexelRecord { radiance: [f32; 3], cell_pmf: f32 }
+}
+gpu_record! {
+    pub struct MediumRecord { absorption: [f32; 3], reserved: f32 }
+}
+gpu_record! {
+    /// Laid out for two-level traversal; scenes are flattened for now, so no table of it is uploaded.
+    pub struct InstanceRecord {
+        /// Rows of the 3x4 object-to-world matrix, rebased to the camera.
+        to_world0: [f32; 4],
+        to_world1: [f32; 4],
+        to_world2: [f32; 4],
+        to_object0: [f32; 4],
+        to_object1: [f32; 4],
+        to_object2: [f32; 4],
+        first_node: u32,
+        /// Bit 0: mirrored (negative determinant).
+        flags: u32,
+        visibility: u32,
+        light_group: u32,
+        media: [u32; 2],
+        time_range: [f32; 2],
+    }
+}

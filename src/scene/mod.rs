@@ -1,0 +1,241 @@
+//! The author's view of a scene: names, SI units, f64 parameters; mesh arrays and pixels as they were stored.
+//!
+//! Nothing here knows about a GPU. `format` fills it from files, `prepare` resolves it to f32 records, and the
+//! independent oracle (`reference::independent`) reads it directly. Right-handed, y up, metres, radians.
+
+pub mod format;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::{DAffine2, DAffine3, DVec3};
+
+/// A whole scene. Indices (`mesh`, `material`, `texture`, `image`) point into the vectors here.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    pub name: String,
+    /// The file it came from; empty for scenes built in code.
+    pub source: PathBuf,
+    pub camera: Camera,
+    pub film: Film,
+    pub images: Vec<Image>,
+    pub textures: Vec<Texture>,
+    pub materials: Vec<Material>,
+    pub meshes: Vec<Mesh>,
+    pub instances: Vec<Instance>,
+    pub sky: Option<Sky>,
+    /// What was reported and left out while reading (unsupported optional extensions, skipped primitives, degenerate input).
+    pub notes: Vec<String>,
+}
+
+/// Perspective camera. `to_world` maps camera space (x right, y up, looking along -z) to world.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    pub to_world: DAffine3,
+    /// Vertical field of view, radians, in (0, pi).
+    pub fov_y_rad: f64,
+    /// False until a file or flag places it: then `prepare` frames the bounds.
+    pub is_placed: bool,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self { to_world: DAffine3::IDENTITY, fov_y_rad: 40f64.to_radians(), is_placed: false }
+    }
+}
+
+/// Image size in pixels and the number of samples a pixel to take when no stop is given.
+#[derive(Clone, Debug)]
+pub struct Film {
+    pub width: u32,
+    pub height: u32,
+    pub spp: Option<u32>,
+    /// Path edges: 1 = emission seen directly, 2 = one bounce.
+    pub max_depth: Option<u32>,
+}
+
+impl Default for Film {
+    fn default() -> Self {
+        Self { width: 640, height: 480, spp: None, max_depth: None }
+    }
+}
+
+/// Pixels as stored in the file, row 0 on top.
+#[derive(Clone, Debug)]
+pub struct Image {
+    pub name: String,
+    pub width: u32,
+    pub height: u32,
+    pub pixels: Pixels,
+}
+
+#[derive(Clone, Debug)]
+pub enum Pixels {
+    /// 4 bytes a pixel; whether they are sRGB-encoded is said by the texture that uses them.
+    Rgba8(Arc<Vec<u8>>),
+    /// Linear RGB, 3 floats a pixel.
+    RgbF32(Arc<Vec<f32>>),
+}
+
+/// A texture node: what a `Value` can look up.
+#[derive(Clone, Debug)]
+pub enum Texture {
+    Image {
+        image: usize,
+        wrap: [Wrap; 2],
+        filter: Filter,
+        encoding: Encoding,
+    },
+    /// Squares of `a` and `b`, `scale` squares a unit of u and of v; `a` where floor(u s) + floor(v s) is even.
+    Checker {
+        a: [f64; 4],
+        b: [f64; 4],
+        scale: [f64; 2],
+    },
+    Constant([f64; 4]),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Wrap {
+    Repeat,
+    Mirror,
+    Clamp,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Filter {
+    Nearest,
+    Linear,
+}
+
+/// How 8-bit colour channels become linear; alpha is always linear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Encoding {
+    Srgb,
+    Linear,
+}
+
+/// A small expression that yields RGBA at a surface point. A scalar input reads its first channel.
+#[derive(Clone, Debug)]
+pub enum Value {
+    Constant([f64; 4]),
+    /// Tabulated against wavelength in nm (metals' eta and k); `prepare` resolves it to RGB or wavelengths.
+    Curve(Arc<Curve>),
+    /// `texture` looked up at `uv_transform * uv[uv_set]`.
+    Texture {
+        texture: usize,
+        uv_set: u8,
+        uv_transform: DAffine2,
+    },
+    /// The interpolated vertex colour; white where the mesh has none.
+    VertexColor,
+    Multiply(Box<Value>, Box<Value>),
+    /// Channel 0..=3 of the argument, in all four channels.
+    Channel(Box<Value>, u8),
+}
+
+impl Value {
+    pub fn scalar(x: f64) -> Self {
+        Self::Constant([x; 4])
+    }
+    pub fn rgb(r: f64, g: f64, b: f64) -> Self {
+        Self::Constant([r, g, b, 1.0])
+    }
+}
+
+/// Samples of a quantity against wavelength, ascending.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    pub wavelength_nm: Vec<f64>,
+    pub value: Vec<f64>,
+}
+
+/// A surface: one BSDF model and what surrounds it.
+#[derive(Clone, Debug)]
+pub struct Material {
+    pub name: String,
+    /// Position in `bsdf::MODELS`.
+    pub bsdf: usize,
+    /// One value for each of the model's inputs, in its order.
+    pub inputs: Vec<Value>,
+    /// Emitted radiance, W/(m2 sr).
+    pub emission: Option<Value>,
+    /// Emits on both sides; otherwise on the front (counter-clockwise) side only.
+    pub emission_two_sided: bool,
+    pub alpha: Alpha,
+    /// Tangent-space normal as a texture in [0,1]^3, and the factor on its x and y.
+    pub normal_map: Option<(Value, f64)>,
+    /// The medium behind the surface, for models that transmit with refraction.
+    pub interior: Option<Medium>,
+    /// Nested dielectrics: the higher wins (kept now, used later).
+    pub priority: u32,
+}
+
+#[derive(Clone, Debug)]
+pub enum Alpha {
+    Opaque,
+    /// Present where the first channel of the value >= cutoff.
+    Mask {
+        value: Value,
+        cutoff: f64,
+    },
+    /// Present with this probability.
+    Blend {
+        value: Value,
+    },
+}
+
+/// Homogeneous absorbing medium: sigma_a in 1/m, linear RGB.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medium {
+    pub absorption: DVec3,
+}
+
+/// Vertex arrays as stored, decoded to f32. Optional arrays have one entry a position.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    pub name: String,
+    pub positions: Vec<[f32; 3]>,
+    pub normals: Option<Vec<[f32; 3]>>,
+    /// xyz and handedness (+1 or -1) in w.
+    pub tangents: Option<Vec<[f32; 4]>>,
+    pub uvs: [Option<Vec<[f32; 2]>>; 2],
+    /// Linear RGBA.
+    pub colors: Option<Vec<[f32; 4]>>,
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// One shape placed in the world.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    pub name: String,
+    pub shape: Shape,
+    pub to_world: DAffine3,
+    pub material: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub enum Shape {
+    Mesh(usize),
+    /// Analytic unit sphere about the origin (the transform scales it uniformly); front = outside. u = atan2(x,-z)/(2 pi)+0.5, v = acos(y)/pi.
+    Sphere,
+    /// [-1,1]^2 in the plane z = 0, front = +z; (u, v) = ((x+1)/2, (1-y)/2). Becomes two triangles.
+    Rectangle,
+}
+
+/// Light from infinitely far away.
+#[derive(Clone, Debug)]
+pub struct Sky {
+    pub radiance: SkyRadiance,
+    /// Turned about +y by this angle.
+    pub rotation_rad: f64,
+    pub scale: f64,
+}
+
+#[derive(Clone, Debug)]
+pub enum SkyRadiance {
+    /// The same linear RGB radiance from everywhere, W/(m2 sr).
+    Uniform(DVec3),
+    /// Lat-long image (index into `images`, `Pixels::RgbF32`); see DESIGN conventions in the crate page.
+    Image(usize),
+}

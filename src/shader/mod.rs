@@ -1,0 +1,3 @@
+//! From features to SPIR-V: records, GLSL text, compilation, reflection.
+
+pub mod record;
