@@ -4,6 +4,7 @@
 
 pub mod bsdf;
 pub mod bvh;
+pub mod integrator;
 pub mod math;
 pub mod prepare;
 pub mod sampler;
