@@ -5,7 +5,9 @@
 pub mod bsdf;
 pub mod bvh;
 pub mod integrator;
+pub mod error;
 pub mod math;
+pub mod metric;
 pub mod prepare;
 pub mod sampler;
 pub mod scene;

@@ -1,0 +1,4 @@
+//! Error measures of images, and the statistics that say how far they can be trusted.
+
+pub mod special;
+pub mod stats;
