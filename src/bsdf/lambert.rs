@@ -19,6 +19,7 @@ pub const MODEL: Model = Model {
     }],
     transmits: false,
     tables: &[],
+    macros: &[],
     doc: "light scattered equally in all directions",
 };
 

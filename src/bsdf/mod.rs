@@ -68,6 +68,8 @@ pub struct Model {
     pub transmits: bool,
     /// Names of the constant tables it reads ("ggx_albedo", ...).
     pub tables: &'static [&'static str],
+    /// (GLSL macro, input): the macro is 1 when some material of the scene may have this input different from 0.
+    pub macros: &'static [(&'static str, &'static str)],
     pub doc: &'static str,
 }
 
