@@ -1,0 +1,28 @@
+// Integer hashes on 32-bit words; Rust twin src/sampler/hash.rs, equal bit for bit (gate 2).
+
+// PCG output function RXS-M-XS over one LCG step (O'Neill 2014; as a hash: Jarzynski and Olano 2020, "pcg"). A bijection.
+uint pcg(uint v) {
+    uint state = v * 747796405u + 2891336453u;
+    uint word = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;
+    return (word >> 22) ^ word;
+}
+
+// Four words to four (Jarzynski and Olano 2020, listing "pcg4d").
+uvec4 pcg4d(uvec4 v) {
+    v = v * 1664525u + 1013904223u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    v ^= v >> 16;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    return v;
+}
+
+// Adds a word to a hash; order matters. For a fixed h a bijection of v, and the other way round.
+uint hash_combine(uint h, uint v) {
+    return pcg(h ^ pcg(v + 0x9e3779b9u));
+}
