@@ -4,8 +4,9 @@
 
 pub mod bsdf;
 pub mod bvh;
-pub mod integrator;
 pub mod error;
+pub mod film;
+pub mod integrator;
 pub mod math;
 pub mod metric;
 pub mod prepare;

@@ -1,0 +1,268 @@
+//! The film: where blocks of samples are summed, and what is known of their error.
+//!
+//! Samples come in aligned blocks of 16. A device (or the CPU) delivers one slot for each (pixel, block) (`slot`); the host adds
+//! each block's sum b and its square b^2 in block order with double-double accumulators (`dd`), so that the f32 result does
+//! not depend on how blocks were grouped into passes, tiles or machines. b^2 of an f32 is exact in f64.
+//!
+//! Memory a pixel: 100 bytes (`Film::BYTES_A_PIXEL`), and 64 more with AOVs. Tests: film/tests.rs.
+
+pub mod aov;
+pub mod dd;
+pub mod ledger;
+pub mod slot;
+pub mod source;
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use aov::AovSums;
+use dd::Dd;
+use ledger::{BadSample, Ledger};
+use slot::{AovSlotRecord, BLOCK_SAMPLES, SlotRecord};
+
+/// Sums of block sums and of their squares for one pixel, per channel.
+#[derive(Clone, Copy, Debug, Default)]
+struct PixelSums {
+    sum: [Dd; 3],
+    square: [Dd; 3],
+}
+
+/// A rectangle of pixels; row-major, row 0 on top.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tile {
+    pub x: u32,
+    pub y: u32,
+    pub width: u32,
+    pub height: u32,
+}
+
+impl Tile {
+    pub fn pixel_count(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
+/// All samples taken so far, summed.
+#[derive(Clone, Debug)]
+pub struct Film {
+    width: u32,
+    height: u32,
+    first_block: u64,
+    sums: Vec<PixelSums>,
+    /// Blocks added, by pixel: they differ only when a pass was stopped between tiles.
+    block_count: Vec<u32>,
+    aov: Option<Vec<AovSums>>,
+    ledger: Ledger,
+    ray_count: u64,
+}
+
+impl Film {
+    /// Host bytes for a pixel without AOVs.
+    pub const BYTES_A_PIXEL: usize = size_of::<PixelSums>() + size_of::<u32>();
+    /// Host bytes for a pixel's AOVs.
+    pub const AOV_BYTES_A_PIXEL: usize = size_of::<AovSums>();
+
+    /// An empty film whose blocks start at `first_block` (0 unless a range of samples is rendered).
+    pub fn new(width: u32, height: u32, has_aov: bool, first_block: u64) -> Self {
+        let pixel_count = width as usize * height as usize;
+        Self {
+            width,
+            height,
+            first_block,
+            sums: vec![PixelSums::default(); pixel_count],
+            block_count: vec![0; pixel_count],
+            aov: has_aov.then(|| vec![AovSums::default(); pixel_count]),
+            ledger: Ledger::default(),
+            ray_count: 0,
+        }
+    }
+
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+    pub fn pixel_count(&self) -> usize {
+        self.sums.len()
+    }
+    pub fn has_aov(&self) -> bool {
+        self.aov.is_some()
+    }
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+    pub fn ray_count(&self) -> u64 {
+        self.ray_count
+    }
+    /// Host memory of the accumulators, bytes.
+    pub fn bytes(&self) -> usize {
+        self.pixel_count() * (Self::BYTES_A_PIXEL + if self.has_aov() { Self::AOV_BYTES_A_PIXEL } else { 0 })
+    }
+    pub fn block_count(&self, pixel: usize) -> u32 {
+        self.block_count[pixel]
+    }
+    /// Samples of all pixels together.
+    pub fn sample_count(&self) -> u64 {
+        self.block_count.iter().map(|&n| n as u64).sum::<u64>() * BLOCK_SAMPLES as u64
+    }
+    /// Fewest blocks that any pixel has.
+    pub fn min_block_count(&self) -> u32 {
+        self.block_count.iter().copied().min().unwrap_or(0)
+    }
+
+    /// Adds one block of one pixel. Blocks of a pixel come in order, without gaps.
+    pub fn add_block(&mut self, pixel: usize, block: u64, slot: &SlotRecord) {
+        let mut events = Events::default();
+        let position = (pixel as u32 % self.width, pixel as u32 / self.width);
+        let next = self.first_block + self.block_count[pixel] as u64;
+        add_slot(&mut self.sums[pixel], slot, block, next, position, &mut events);
+        self.block_count[pixel] += 1;
+        self.take(events);
+    }
+
+    /// Adds one block's AOVs of one pixel; ignored when the film keeps none.
+    pub fn add_aov_block(&mut self, pixel: usize, slot: &AovSlotRecord) {
+        if let Some(aov) = &mut self.aov {
+            aov[pixel].add(slot);
+        }
+    }
+
+    /// Adds the slots of `tile` for all of `blocks`: slot index = (block - blocks.start) * tile pixels + pixel in the tile, each
+    /// of `slot::rows(has_aov)` rows. Returns the rays counted in them.
+    pub fn add_tile(&mut self, tile: Tile, blocks: Range<u64>, rows: &[[u32; 4]]) -> u64 {
+        let rows_a_slot = slot::rows(self.has_aov());
+        let tile_pixels = tile.pixel_count();
+        let slot_count = tile_pixels * (blocks.end - blocks.start) as usize;
+        assert!(rows.len() >= slot_count * rows_a_slot, "the tile's slots are all there");
+        let (width, first_block) = (self.width as usize, self.first_block);
+        let (begin, end) = (tile.y as usize * width, (tile.y + tile.height) as usize * width);
+        let no_aov: &mut [AovSums] = &mut [];
+        let aov = self.aov.as_mut().map_or(no_aov, |a| &mut a[begin..end]);
+        let aov_width = if aov.is_empty() { 0 } else { width };
+
+        // One image row a job; events are joined in row order, so that their f64 sums do not depend on threads.
+        let events: Vec<Events> = (self.sums[begin..end].par_chunks_mut(width))
+            .zip(self.block_count[begin..end].par_chunks_mut(width))
+            .enumerate()
+            .map(|(row, (sums, counts))| (row, sums, counts))
+            .zip(split_rows(aov, aov_width, tile.height as usize))
+            .map(|((row, sums, counts), aov)| {
+                let mut events = Events::default();
+                for column in 0..tile.width as usize {
+                    let x = tile.x as usize + column;
+                    let position = (x as u32, tile.y + row as u32);
+                    for (step, block) in blocks.clone().enumerate() {
+                        let first_row = (step * tile_pixels + row * tile.width as usize + column) * rows_a_slot;
+                        let slot: &SlotRecord = bytemuck::cast_ref(array2(rows, first_row));
+                        let next = first_block + counts[x] as u64;
+                        add_slot(&mut sums[x], slot, block, next, position, &mut events);
+                        if !aov.is_empty() {
+                            aov[x].add(bytemuck::cast_ref(array2(rows, first_row + slot::SLOT_ROWS)));
+                        }
+                        counts[x] += 1;
+                    }
+                }
+                events
+            })
+            .collect();
+        let before = self.ray_count;
+        events.into_iter().for_each(|e| self.take(e));
+        self.ray_count - before
+    }
+
+    fn take(&mut self, events: Events) {
+        self.ray_count += events.ray_count;
+        self.ledger.join(&events.ledger);
+    }
+
+    /// Mean radiance of a pixel, W/(m2 sr); 0 without samples.
+    pub fn mean(&self, pixel: usize) -> [f64; 3] {
+        let samples = (self.block_count[pixel] * BLOCK_SAMPLES) as f64;
+        let sum = &self.sums[pixel].sum;
+        std::array::from_fn(|c| if samples > 0.0 { sum[c].value() / samples } else { 0.0 })
+    }
+
+    /// The image: the mean of every pixel, rounded to f32 once.
+    pub fn mean_f32(&self) -> Vec<[f32; 3]> {
+        (0..self.pixel_count()).into_par_iter().map(|i| self.mean(i).map(|v| v as f32)).collect()
+    }
+
+    /// Variance of a pixel's mean, from the spread of its block means; infinite below two blocks.
+    pub fn variance_of_mean(&self, pixel: usize) -> [f64; 3] {
+        let n = self.block_count[pixel] as f64;
+        if n < 2.0 {
+            return [f64::INFINITY; 3];
+        }
+        let sums = &self.sums[pixel];
+        std::array::from_fn(|c| {
+            // sum (b - mean b)^2 = sum b^2 - (sum b)^2 / n, in double-double: in f64 the difference may cancel to nothing.
+            let spread = sums.square[c].minus(sums.sum[c].times(sums.sum[c]).over(n)).value().max(0.0);
+            spread / (n * (n - 1.0)) / (BLOCK_SAMPLES as f64 * BLOCK_SAMPLES as f64)
+        })
+    }
+
+    /// AOV sums of a pixel divided by its samples; None when the film keeps none.
+    pub fn aov_mean(&self, pixel: usize) -> Option<aov::AovMeans> {
+        let aov = self.aov.as_ref()?;
+        Some(aov[pixel].means((self.block_count[pixel] * BLOCK_SAMPLES) as f64))
+    }
+
+    /// Mean over the image, per channel.
+    pub fn image_mean(&self) -> [f64; 3] {
+        let mut total = [0.0; 3];
+        for pixel in 0..self.pixel_count() {
+            let mean = self.mean(pixel);
+            (0..3).for_each(|c| total[c] += mean[c]);
+        }
+        total.map(|t| t / self.pixel_count().max(1) as f64)
+    }
+}
+
+/// What a row of slots adds beside radiance.
+#[derive(Default)]
+struct Events {
+    ray_count: u64,
+    ledger: Ledger,
+}
+
+fn add_slot(sums: &mut PixelSums, slot: &SlotRecord, block: u64, next: u64, position: (u32, u32), events: &mut Events) {
+    debug_assert_eq!(block, next, "blocks of a pixel come in order, without gaps");
+    for c in 0..3 {
+        let b = slot.sum[c] as f64;
+        // Sixteen finite samples can still overflow f32: counted like an infinite sample, never stored.
+        if b.is_finite() {
+            sums.sum[c].add(b);
+            sums.square[c].add(b * b);
+        } else {
+            events.ledger.count_overflow(BadSample {
+                x: position.0,
+                y: position.1,
+                sample: block * BLOCK_SAMPLES as u64,
+            });
+        }
+    }
+    events.ray_count += slot.rays as u64;
+    events.ledger.add_slot(slot, position);
+}
+
+/// The two rows from `first`.
+fn array2(rows: &[[u32; 4]], first: usize) -> &[[u32; 4]; 2] {
+    rows[first..first + 2].try_into().expect("two rows were sliced")
+}
+
+/// `count` rows of `width` each; empty rows when there are none.
+fn split_rows(aov: &mut [AovSums], width: usize, count: usize) -> impl IndexedParallelIterator<Item = &mut [AovSums]> {
+    let mut rest = aov;
+    let mut rows: Vec<&mut [AovSums]> = Vec::with_capacity(count);
+    for _ in 0..count {
+        let (row, tail) = rest.split_at_mut(width);
+        rows.push(row);
+        rest = tail;
+    }
+    rows.into_par_iter()
+}
+
+#[cfg(test)]
+mod tests;
