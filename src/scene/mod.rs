@@ -3,7 +3,13 @@
 //! Nothing here knows about a GPU. `format` fills it from files, `prepare` resolves it to f32 records, and the
 //! independent oracle (`reference::independent`) reads it directly. Right-handed, y up, metres, radians.
 
+mod complete;
+mod error;
 pub mod format;
+
+pub use complete::{bounds, ensure_light, frame_camera};
+pub use error::Error;
+pub use format::load;
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -1,0 +1,219 @@
+//! The project's own scene format, documented key by key in docs/scene.md (generated from `keys`).
+//!
+//! Degrees and colours as people write them come in here; the scene holds radians and linear values. Files are found
+//! beside the scene file. Order: textures, materials, models, shapes, then patches of what models brought.
+
+pub mod keys;
+mod material;
+mod model;
+mod shape;
+mod table;
+#[cfg(test)]
+mod tests;
+mod transform;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use ::toml::de::DeTable;
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::image_file;
+use crate::scene::{Camera, Encoding, Error, Filter, Scene, Sky, SkyRadiance, Texture, Wrap};
+use table::{Source, Table, nearest};
+
+/// What is being built, with the names that the file gave to textures and materials.
+struct Builder<'a> {
+    source: Source<'a>,
+    folder: &'a Path,
+    scene: Scene,
+    textures: HashMap<String, usize>,
+    materials: HashMap<String, usize>,
+}
+
+pub fn load(path: &Path) -> Result<Scene, Error> {
+    let bytes = super::read_bytes(path)?;
+    let text = String::from_utf8(bytes).map_err(|e| Error::Format {
+        path: path.to_path_buf(),
+        reason: format!("byte {} is no UTF-8 text; save the scene as UTF-8", e.utf8_error().valid_up_to()),
+    })?;
+    parse(&text, path)
+}
+
+/// `path` is for messages, and its folder is where files are looked for.
+pub fn parse(text: &str, path: &Path) -> Result<Scene, Error> {
+    let source = Source { path, text };
+    let root = DeTable::parse(text).map_err(|e| {
+        let reason = e.message().lines().collect::<Vec<_>>().join(", ");
+        source.error(e.span().unwrap_or(0..0), format!("this is not TOML: {reason}"))
+    })?;
+    let top = Table::over(source, keys::TOP.name, 0..0, root.get_ref());
+    top.check_keys(&[&keys::TOP], &[])?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut builder =
+        Builder { source, folder, scene: Scene::default(), textures: HashMap::new(), materials: HashMap::new() };
+    builder.scene.name = top.text("name")?.unwrap_or_default().to_string();
+    builder.film(&top)?;
+    for item in top.tables("texture")? {
+        builder.texture(&Table::open(source, item, &[&keys::TEXTURE], &[])?)?;
+    }
+    let patches = builder.materials(&top)?;
+    let brought = builder.models(&top)?;
+    for item in top.tables("shape")? {
+        builder.shape(item)?;
+    }
+    builder.patch_materials(&patches, &brought)?;
+    builder.patch_nodes(&top, &brought)?;
+    builder.camera(&top)?;
+    builder.sky(&top)?;
+    Ok(builder.scene)
+}
+
+impl<'a> Builder<'a> {
+    fn film(&mut self, top: &Table<'a>) -> Result<(), Error> {
+        let Some(item) = top.get("film") else { return Ok(()) };
+        let table = Table::open(self.source, item, &[&keys::FILM], &[])?;
+        let film = &mut self.scene.film;
+        if let Some(size) = table.numbers::<2>("size")? {
+            if size.iter().any(|s| *s < 1.0 || *s > 65_536.0 || s.fract() != 0.0) {
+                return Err(table.error("size", "must be two whole numbers of pixels from 1 to 65536"));
+            }
+            (film.width, film.height) = (size[0] as u32, size[1] as u32);
+        }
+        let count = |key| Ok::<_, Error>(table.whole(key, 1..1 << 31)?.map(|n| n as u32));
+        film.spp = count("spp")?;
+        film.max_depth = count("max_depth")?;
+        Ok(())
+    }
+
+    fn camera(&mut self, top: &Table<'a>) -> Result<(), Error> {
+        let Some(item) = top.get("camera") else { return Ok(()) };
+        let table = Table::open(self.source, item, &[&keys::CAMERA], &[])?;
+        let mut camera = Camera::default();
+        if let Some(degrees) = table.number("fov_y_deg")? {
+            if !(degrees > 0.0 && degrees < 180.0) {
+                return Err(table.error("fov_y_deg", "must be above 0 and below 180 degrees"));
+            }
+            camera.fov_y_rad = degrees.to_radians();
+        }
+        let vector = |key| Ok::<_, Error>(table.numbers::<3>(key)?.map(DVec3::from));
+        let (target, up) = (vector("target")?, vector("up")?);
+        let Some(position) = vector("position")? else {
+            if target.is_some() || up.is_some() {
+                return Err(table.missing("position"));
+            }
+            self.scene.camera = camera;
+            return Ok(());
+        };
+        let target = target.unwrap_or(DVec3::ZERO);
+        let up = up.unwrap_or(DVec3::Y);
+        let back = (position - target).normalize_or_zero();
+        let right = up.normalize_or_zero().cross(back);
+        if back == DVec3::ZERO {
+            return Err(table.error("target", "is where the camera stands; move one of the two"));
+        }
+        if right.length() < 1e-9 {
+            return Err(table.error("up", "points along the view; choose another"));
+        }
+        let right = right.normalize();
+        camera.to_world = DAffine3 { matrix3: DMat3::from_cols(right, back.cross(right), back), translation: position };
+        camera.is_placed = true;
+        self.scene.camera = camera;
+        Ok(())
+    }
+
+    fn sky(&mut self, top: &Table<'a>) -> Result<(), Error> {
+        let Some(item) = top.get("sky") else { return Ok(()) };
+        let table = Table::open(self.source, item, &[&keys::SKY], &[])?;
+        let radiance = match (table.text("file")?, table.splat::<3>("radiance")?) {
+            (Some(_), Some(_)) => return Err(table.error("radiance", "stands beside `file`; keep one of the two")),
+            (None, None) => return Err(table.missing("radiance` or `file")),
+            (None, Some(radiance)) if radiance.iter().any(|x| *x < 0.0) => {
+                return Err(table.error("radiance", "must not be negative"));
+            }
+            (None, Some(radiance)) => SkyRadiance::Uniform(radiance.into()),
+            (Some(file), None) => {
+                let image = image_file::read_sky(&self.folder.join(file), &mut self.scene.notes)
+                    .map_err(|e| table.error("file", format!("cannot be used: {e}")))?;
+                self.scene.images.push(image);
+                SkyRadiance::Image(self.scene.images.len() - 1)
+            }
+        };
+        let scale = table.number("scale")?.unwrap_or(1.0);
+        if scale < 0.0 {
+            return Err(table.error("scale", "must not be negative"));
+        }
+        let rotation_rad = table.number("rotate_deg")?.unwrap_or(0.0).to_radians();
+        self.scene.sky = Some(Sky { radiance, rotation_rad, scale });
+        Ok(())
+    }
+
+    fn texture(&mut self, table: &Table<'a>) -> Result<(), Error> {
+        let name = table.text("name")?.ok_or_else(|| table.missing("name"))?;
+        let color = |key| Ok::<_, Error>(table.get(key).map(|item| material::color(table, key, item)).transpose()?);
+        let texture = match table.text("type")?.unwrap_or("image") {
+            "image" => {
+                let file = table.text("file")?.ok_or_else(|| table.missing("file"))?;
+                let path = self.folder.join(file);
+                let unusable = |reason: String| table.error("file", format!("cannot be used: {reason}"));
+                let bytes = super::read_bytes(&path).map_err(|e| unusable(e.to_string()))?;
+                let image = image_file::decode(&bytes, file, &mut self.scene.notes).map_err(unusable)?;
+                self.scene.images.push(image);
+                Texture::Image {
+                    image: self.scene.images.len() - 1,
+                    wrap: wrap(table)?,
+                    filter: choice(table, "filter", &[("linear", Filter::Linear), ("nearest", Filter::Nearest)])?,
+                    encoding: choice(table, "encoding", &[("srgb", Encoding::Srgb), ("linear", Encoding::Linear)])?,
+                }
+            }
+            "checker" => Texture::Checker {
+                a: color("a")?.unwrap_or([0.8, 0.8, 0.8, 1.0]),
+                b: color("b")?.unwrap_or([0.2, 0.2, 0.2, 1.0]),
+                scale: table.splat("squares")?.unwrap_or([8.0; 2]),
+            },
+            "constant" => Texture::Constant(color("color")?.ok_or_else(|| table.missing("color"))?),
+            _ => return Err(table.error("type", "must be \"image\", \"checker\" or \"constant\"")),
+        };
+        if self.textures.insert(name.to_string(), self.scene.textures.len()).is_some() {
+            return Err(table.error("name", format!("\"{name}\" is taken by another texture; choose another")));
+        }
+        self.scene.textures.push(texture);
+        Ok(())
+    }
+
+    /// The place of a name in a map, or an error that names the nearest.
+    fn named(&self, map: &HashMap<String, usize>, table: &Table<'a>, key: &str, name: &str) -> Result<usize, Error> {
+        map.get(name).copied().ok_or_else(|| {
+            let mut names: Vec<&str> = map.keys().map(String::as_str).collect();
+            names.sort_unstable();
+            table.error(
+                key,
+                format!("is \"{name}\", which the file does not define; {}", nearest(name, names.into_iter())),
+            )
+        })
+    }
+}
+
+fn wrap(table: &Table<'_>) -> Result<[Wrap; 2], Error> {
+    let parse = |text: &str| match text {
+        "repeat" => Ok(Wrap::Repeat),
+        "mirror" => Ok(Wrap::Mirror),
+        "clamp" => Ok(Wrap::Clamp),
+        _ => Err(table.error("wrap", "must be \"repeat\", \"mirror\" or \"clamp\", or two of them in [ ]")),
+    };
+    let Some(item) = table.get("wrap") else { return Ok([Wrap::Repeat; 2]) };
+    let Some(array) = item.get_ref().as_array() else {
+        return Ok([parse(item.get_ref().as_str().unwrap_or(""))?; 2]);
+    };
+    let words: Vec<_> = array.iter().map(|i| parse(i.get_ref().as_str().unwrap_or(""))).collect::<Result<_, _>>()?;
+    words.try_into().map_err(|_| table.error("wrap", "must be one word, or two in [ ]"))
+}
+
+/// One of some words; the first when the key is missing.
+fn choice<T: Copy>(table: &Table<'_>, key: &str, options: &[(&str, T)]) -> Result<T, Error> {
+    let Some(word) = table.text(key)? else { return Ok(options[0].1) };
+    options.iter().find(|o| o.0 == word).map(|o| o.1).ok_or_else(|| {
+        let words: Vec<_> = options.iter().map(|o| format!("\"{}\"", o.0)).collect();
+        table.error(key, format!("must be {}", words.join(" or ")))
+    })
+}

@@ -1,0 +1,213 @@
+//! Every section and key a .toml scene may hold: the parser refuses what is not here, and docs/scene.md is generated
+//! from here (test below; `STERADIAN_BLESS=1` rewrites the page's tables).
+
+/// One key: its form as a user writes it, what it is when left out, and what it means.
+pub struct Key {
+    pub name: &'static str,
+    pub form: &'static str,
+    pub default: &'static str,
+    pub doc: &'static str,
+}
+
+pub struct Section {
+    /// As it stands in the file, for messages and for the page.
+    pub name: &'static str,
+    pub doc: &'static str,
+    pub keys: &'static [Key],
+}
+
+/// `name: form = default; doc` rows.
+macro_rules! section {
+    ($name:literal, $doc:literal, $($key:literal: $form:literal = $default:literal; $text:literal),* $(,)?) => {
+        Section {
+            name: $name,
+            doc: $doc,
+            keys: &[$(Key { name: $key, form: $form, default: $default, doc: $text }),*],
+        }
+    };
+}
+
+pub const TOP: Section = section!("top level", "The file itself.",
+    "name": "string" = "file name"; "shown in records",
+    "camera": "[camera]" = "frames the bounds"; "below",
+    "film": "[film]" = "640 x 480"; "below",
+    "sky": "[sky]" = "none"; "below; a scene without any light gets a uniform sky of radiance 1",
+    "texture": "[[texture]]" = "none"; "below, any number",
+    "material": "[[material]]" = "none"; "below, any number; `[material.\"Name\"]` patches what a model brought",
+    "shape": "[[shape]]" = "none"; "below, any number",
+    "model": "[[model]]" = "none"; "below, any number",
+    "node": "[node.\"path/name\"]" = "none"; "below; patches a node that a model brought",
+);
+
+pub const CAMERA: Section = section!("[camera]", "A perspective camera. Without `position` the bounds of the scene are framed.",
+    "position": "[x, y, z] m" = "framed"; "where it stands",
+    "target": "[x, y, z] m" = "[0, 0, 0]"; "the point in the middle of the picture",
+    "up": "[x, y, z]" = "[0, 1, 0]"; "not along the view",
+    "fov_y_deg": "number in (0, 180)" = "40"; "vertical field of view",
+);
+
+pub const FILM: Section = section!("[film]", "Flags of the command line win over these.",
+    "size": "[width, height] pixels" = "[640, 480]"; "each 1..=65536",
+    "spp": "integer" = "256"; "samples a pixel when no stop is given",
+    "max_depth": "integer" = "4096"; "path edges: 1 = emission seen directly, 2 = one bounce",
+);
+
+pub const SKY: Section = section!("[sky]", "Light from infinitely far away: `file` or `radiance`.",
+    "file": "path (.hdr, .exr)" = "none"; "lat-long image; its centre is -z, its right half +x; NaN, infinite and negative values become 0",
+    "radiance": "number or [r, g, b] W/(m2 sr)" = "none"; "the same from everywhere",
+    "rotate_deg": "number" = "0"; "turns it about +y",
+    "scale": "number >= 0" = "1"; "factor on the radiance",
+);
+
+pub const TEXTURE: Section = section!("[[texture]]", "A picture or pattern that material inputs look up by name.",
+    "name": "string" = "required"; "what inputs refer to",
+    "type": "\"image\", \"checker\" or \"constant\"" = "\"image\""; "kind",
+    "file": "path (.png, .jpg, .webp)" = "required for image"; "beside the scene file",
+    "wrap": "\"repeat\", \"mirror\", \"clamp\", or two of them" = "\"repeat\""; "image: outside [0,1] in u and v",
+    "filter": "\"linear\" or \"nearest\"" = "\"linear\""; "image",
+    "encoding": "\"srgb\" or \"linear\"" = "\"srgb\""; "image: how its bytes become linear; normal maps and roughness are \"linear\"",
+    "a": "colour" = "[0.8, 0.8, 0.8]"; "checker: squares where floor(u s) + floor(v s) is even",
+    "b": "colour" = "[0.2, 0.2, 0.2]"; "checker: the others",
+    "squares": "number or [u, v]" = "8"; "checker: squares a unit of u and v",
+    "color": "colour" = "required for constant"; "constant",
+);
+
+pub const MATERIAL: Section = section!("[[material]]", "A surface. Its other keys are the inputs of its `type`, listed further below.",
+    "name": "string" = "required"; "what shapes refer to",
+    "type": "keyword of a model" = "\"lambert\""; "listed further below; in a patch it replaces the model and all inputs",
+    "emission": "value, W/(m2 sr)" = "none"; "radiance it emits, linear RGB",
+    "emission_two_sided": "boolean" = "false"; "emits on the back too",
+    "alpha": "value" = "1"; "presence: how likely a ray meets the surface",
+    "alpha_cutoff": "number" = "none"; "with it the surface is there exactly where alpha >= cutoff",
+    "normal_map": "{ texture = \"name\", strength = 1, ... }" = "none"; "tangent-space normals, x and y times strength",
+    "absorption": "number or [r, g, b], 1/m" = "none"; "of the medium behind a refracting surface (Beer-Lambert)",
+    "priority": "integer" = "0"; "nested dielectrics: the higher wins",
+);
+
+pub const VALUE: Section = section!("value", "An input is a number, a colour `[r, g, b]` or `[r, g, b, a]` (linear), or a table of these keys.",
+    "texture": "string" = "none"; "name of a `[[texture]]`",
+    "uv_set": "0 or 1" = "0"; "which texture coordinates",
+    "scale": "number or [u, v]" = "1"; "uv becomes offset + rotate(scale * uv), as in KHR_texture_transform",
+    "offset": "[u, v]" = "[0, 0]"; "",
+    "rotate_deg": "number" = "0"; "",
+    "channel": "\"r\", \"g\", \"b\" or \"a\"" = "all"; "take one channel for all",
+    "vertex_color": "true" = "false"; "the mesh's colour; white where it has none",
+    "factor": "number or colour" = "1"; "multiplies the result",
+    "metal": "\"gold\", \"copper\" or \"aluminium\"" = "none"; "for `eta` and `k`: the metal's complex index",
+    "strength": "number" = "1"; "for `normal_map` only",
+);
+
+pub const SHAPE: Section = section!("[[shape]]", "Something to see. All kinds share these keys; a shape is scaled, then turned, then moved.",
+    "type": "\"sphere\", \"rectangle\", \"box\" or \"mesh\"" = "required"; "kind",
+    "name": "string" = "the type"; "for messages and patches",
+    "material": "string" = "grey lambert"; "name of a `[[material]]`",
+    "scale": "number or [x, y, z]" = "1"; "spheres take one number",
+    "rotate_deg": "[x, y, z] or number" = "0"; "about x, then y, then z; one number with `rotate_axis`",
+    "rotate_axis": "[x, y, z]" = "none"; "axis of a single turn, counter-clockwise",
+    "translate": "[x, y, z] m" = "[0, 0, 0]"; "",
+    "matrix": "16 numbers" = "none"; "instead of the four above: object to world, row by row, last row 0 0 0 1",
+);
+
+pub const SPHERE: Section = section!("[[shape]] type = \"sphere\"", "Analytic. Its front is outside.",
+    "center": "[x, y, z] m" = "[0, 0, 0]"; "",
+    "radius": "number > 0, m" = "1"; "",
+);
+
+pub const RECTANGLE: Section = section!("[[shape]] type = \"rectangle\"", "center +- u +- v; its front is the side of u x v. Texture u runs along u, v against v.",
+    "center": "[x, y, z] m" = "[0, 0, 0]"; "",
+    "u": "[x, y, z] m" = "[1, 0, 0]"; "half of one side",
+    "v": "[x, y, z] m" = "[0, 1, 0]"; "half of the other",
+);
+
+pub const BOX: Section = section!("[[shape]] type = \"box\"", "Twelve triangles, front outside; each face spans texture [0,1]^2.",
+    "min": "[x, y, z] m" = "[-1, -1, -1]"; "lowest corner",
+    "max": "[x, y, z] m" = "[1, 1, 1]"; "highest corner",
+);
+
+pub const MESH: Section = section!("[[shape]] type = \"mesh\"", "Triangles written out; the front of each is where its corners run counter-clockwise.",
+    "positions": "[[x, y, z], ...] m" = "required"; "one a vertex",
+    "triangles": "[[a, b, c], ...]" = "required"; "vertex numbers from 0",
+    "normals": "[[x, y, z], ...]" = "flat"; "one a vertex",
+    "uvs": "[[u, v], ...]" = "none"; "one a vertex; v runs down the picture",
+    "uvs1": "[[u, v], ...]" = "none"; "the second set",
+    "colors": "[[r, g, b], ...]" = "none"; "one a vertex, linear; or [r, g, b, a]",
+);
+
+pub const MODEL: Section = section!("[[model]]", "A .gltf or .glb file. Its camera is used when the scene has no `[camera]`.",
+    "file": "path" = "required"; "beside the scene file",
+    "scale": "number or [x, y, z]" = "1"; "as for shapes",
+    "rotate_deg": "[x, y, z] or number" = "0"; "as for shapes",
+    "rotate_axis": "[x, y, z]" = "none"; "as for shapes",
+    "translate": "[x, y, z] m" = "[0, 0, 0]"; "as for shapes",
+    "matrix": "16 numbers" = "none"; "as for shapes",
+);
+
+pub const NODE: Section = section!("[node.\"path/name\"]", "Patches what a model brought, by the names on the way down joined with `/`, by the last name, or by the index of the node in the file. Two that match are an error.",
+    "visible": "boolean" = "true"; "false leaves the node's own shapes out",
+    "material": "string" = "its own"; "name of a `[[material]]`",
+);
+
+/// In the order of the page.
+pub const SECTIONS: &[&Section] =
+    &[&TOP, &CAMERA, &FILM, &SKY, &TEXTURE, &MATERIAL, &VALUE, &SHAPE, &SPHERE, &RECTANGLE, &BOX, &MESH, &MODEL, &NODE];
+
+/// The tables of docs/scene.md.
+pub fn markdown() -> String {
+    use std::fmt::Write;
+    let mut page = String::new();
+    let cell = |s: &str| s.replace('|', "\\|");
+    for section in SECTIONS {
+        let _ = write!(
+            page,
+            "\n## {}\n\n{}\n\n| key | form | when left out | meaning |\n|---|---|---|---|\n",
+            section.name, section.doc
+        );
+        for key in section.keys {
+            let _ =
+                writeln!(page, "| `{}` | {} | {} | {} |", key.name, cell(key.form), cell(key.default), cell(key.doc));
+        }
+    }
+    page.push_str("\n## Material types and their inputs\n");
+    for model in crate::bsdf::MODELS {
+        let _ = write!(
+            page,
+            "\n### type = \"{}\"\n\n{}\n\n| input | kind | default | range | meaning |\n|---|---|---|---|---|\n",
+            model.keyword, model.doc
+        );
+        for input in model.inputs {
+            let d = input.default;
+            let (kind, default) = match input.kind {
+                crate::bsdf::InputKind::Scalar => ("number", format!("{}", d[0])),
+                crate::bsdf::InputKind::Color => ("colour", format!("[{}, {}, {}]", d[0], d[1], d[2])),
+            };
+            let _ = writeln!(
+                page,
+                "| `{}` | {kind} | {default} | {}..{} | {} |",
+                input.name,
+                input.range.0,
+                input.range.1,
+                cell(input.doc)
+            );
+        }
+    }
+    page
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn docs_scene_md_holds_the_parser_s_keys() {
+        const MARK: &str = "<!-- generated below: src/scene/format/toml/keys.rs -->\n";
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.md");
+        let page = std::fs::read_to_string(&path).unwrap();
+        let (head, tables) = page.split_once(MARK).expect("docs/scene.md has the mark");
+        if std::env::var_os("STERADIAN_BLESS").is_some() {
+            std::fs::write(&path, format!("{head}{MARK}{}", super::markdown())).unwrap();
+            return;
+        }
+        assert!(
+            tables == super::markdown(),
+            "docs/scene.md is behind the parser: run STERADIAN_BLESS=1 cargo test docs_scene_md"
+        );
+    }
+}

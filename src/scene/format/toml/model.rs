@@ -1,0 +1,195 @@
+//! `[[model]]`: other files brought into the scene, and how patches find what they brought.
+
+use std::ops::Range;
+
+use ::toml::de::DeValue;
+
+use super::table::Table;
+use super::transform::transform;
+use super::{Builder, keys};
+use crate::scene::format::gltf;
+use crate::scene::{Error, Scene, Shape, SkyRadiance, Texture, Value};
+
+/// What one model added to the scene's lists.
+pub struct Brought {
+    file: String,
+    materials: Range<usize>,
+    /// For each of `materials`, its number in the file.
+    material_source: Vec<Option<usize>>,
+    instances: Range<usize>,
+    /// For each of `instances`, its node's number in the file.
+    node_source: Vec<usize>,
+}
+
+impl<'a> Builder<'a> {
+    pub fn models(&mut self, top: &Table<'a>) -> Result<Vec<Brought>, Error> {
+        let mut brought = Vec::new();
+        for item in top.tables("model")? {
+            let table = Table::open(self.source, item, &[&keys::MODEL], &[])?;
+            let file = table.text("file")?.ok_or_else(|| table.missing("file"))?;
+            let path = self.folder.join(file);
+            let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+            if !matches!(extension.as_str(), "gltf" | "glb") {
+                return Err(table.error("file", "must be a .gltf or .glb file"));
+            }
+            let place = transform(&table)?;
+            let loaded = gltf::load(&path).map_err(|e| table.error("file", format!("cannot be used: {e}")))?;
+            let mut model = loaded.scene;
+            for instance in &mut model.instances {
+                instance.to_world = place * instance.to_world;
+            }
+            model.camera.to_world = place * model.camera.to_world;
+            let (materials, instances) = (self.scene.materials.len(), self.scene.instances.len());
+            append(&mut self.scene, model);
+            brought.push(Brought {
+                file: file.to_string(),
+                materials: materials..self.scene.materials.len(),
+                material_source: loaded.material_source,
+                instances: instances..self.scene.instances.len(),
+                node_source: loaded.node_source,
+            });
+        }
+        Ok(brought)
+    }
+
+    pub fn patch_nodes(&mut self, top: &Table<'a>, brought: &[Brought]) -> Result<(), Error> {
+        let Some(item) = top.get("node") else { return Ok(()) };
+        let DeValue::Table(entries) = item.get_ref() else {
+            return Err(self.source.error(item.span(), "write [node.\"path/name\"], with the node's name"));
+        };
+        let all = Table::over(self.source, keys::NODE.name, item.span(), entries);
+        let mut hidden = Vec::new();
+        for (key, item) in all.entries() {
+            let table = Table::open(self.source, item, &[&keys::NODE], &[])?;
+            let found = find_nodes(&self.scene, brought, key.get_ref())
+                .map_err(|reason| self.source.error(key.span(), reason))?;
+            if table.boolean("visible")? == Some(false) {
+                hidden.extend_from_slice(&found);
+            }
+            if let Some(name) = table.text("material")? {
+                let material = self.named(&self.materials, &table, "material", name)?;
+                found.iter().for_each(|i| self.scene.instances[*i].material = material);
+            }
+        }
+        let mut index = 0;
+        self.scene.instances.retain(|_| {
+            index += 1;
+            !hidden.contains(&(index - 1))
+        });
+        Ok(())
+    }
+}
+
+/// Materials of this name, else of this number; one material of a file may stand in the scene several times.
+pub fn find_materials(scene: &Scene, brought: &[Brought], name: &str) -> Result<Vec<usize>, String> {
+    let entries = brought.iter().enumerate().flat_map(|(model, b)| {
+        b.materials.clone().zip(&b.material_source).map(move |(index, source)| (index, model, *source))
+    });
+    let entries: Vec<_> = entries
+        .map(|(index, model, source)| Candidate { index, model, source, name: scene.materials[index].name.clone() })
+        .collect();
+    find(entries, brought, name, "material")
+}
+
+/// Instances of the node with this path, else this last name, else this number.
+pub fn find_nodes(scene: &Scene, brought: &[Brought], name: &str) -> Result<Vec<usize>, String> {
+    let entries = brought.iter().enumerate().flat_map(|(model, b)| {
+        b.instances.clone().zip(&b.node_source).map(move |(index, source)| (index, model, Some(*source)))
+    });
+    let mut entries: Vec<_> = entries
+        .map(|(index, model, source)| Candidate { index, model, source, name: scene.instances[index].name.clone() })
+        .collect();
+    if !entries.iter().any(|e| e.name == name) {
+        for entry in &mut entries {
+            let last = entry.name.rsplit('/').next().unwrap_or("").to_string();
+            if last == name {
+                entry.name = last;
+            }
+        }
+    }
+    find(entries, brought, name, "node")
+}
+
+struct Candidate {
+    index: usize,
+    model: usize,
+    source: Option<usize>,
+    name: String,
+}
+
+fn find(entries: Vec<Candidate>, brought: &[Brought], name: &str, what: &str) -> Result<Vec<usize>, String> {
+    let mut found: Vec<&Candidate> = entries.iter().filter(|e| e.name == name).collect();
+    if found.is_empty()
+        && let Ok(number) = name.parse::<usize>()
+    {
+        found = entries.iter().filter(|e| e.source == Some(number)).collect();
+    }
+    let Some(first) = found.first() else {
+        let mut names: Vec<&str> = entries.iter().map(|e| e.name.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        return Err(format!("no model brought a {what} \"{name}\"; {}", super::nearest(name, names.into_iter())));
+    };
+    if let Some(other) = found.iter().find(|e| (e.model, e.source) != (first.model, first.source)) {
+        let place = |c: &Candidate| format!("{} of {}", c.source.unwrap_or(0), brought[c.model].file);
+        return Err(format!(
+            "\"{name}\" is both {what} {} and {what} {}; name it by number, or rename one",
+            place(first),
+            place(other)
+        ));
+    }
+    Ok(found.iter().map(|e| e.index).collect())
+}
+
+/// Adds everything of `other` behind what `scene` has; its camera and sky only where there is none.
+fn append(scene: &mut Scene, mut other: Scene) {
+    let (images, textures) = (scene.images.len(), scene.textures.len());
+    let (materials, meshes) = (scene.materials.len(), scene.meshes.len());
+    for texture in &mut other.textures {
+        if let Texture::Image { image, .. } = texture {
+            *image += images;
+        }
+    }
+    for material in &mut other.materials {
+        use crate::scene::Alpha;
+        material.inputs.iter_mut().for_each(|v| shift(v, textures));
+        material.emission.iter_mut().for_each(|v| shift(v, textures));
+        material.normal_map.iter_mut().for_each(|v| shift(&mut v.0, textures));
+        if let Alpha::Mask { value, .. } | Alpha::Blend { value } = &mut material.alpha {
+            shift(value, textures);
+        }
+    }
+    for instance in &mut other.instances {
+        instance.material += materials;
+        if let Shape::Mesh(mesh) = &mut instance.shape {
+            *mesh += meshes;
+        }
+    }
+    if let Some(sky) = &mut other.sky
+        && let SkyRadiance::Image(image) = &mut sky.radiance
+    {
+        *image += images;
+    }
+    scene.images.append(&mut other.images);
+    scene.textures.append(&mut other.textures);
+    scene.materials.append(&mut other.materials);
+    scene.meshes.append(&mut other.meshes);
+    scene.instances.append(&mut other.instances);
+    scene.notes.append(&mut other.notes);
+    if !scene.camera.is_placed && other.camera.is_placed {
+        scene.camera = other.camera;
+    }
+    scene.sky = scene.sky.take().or(other.sky);
+}
+
+fn shift(value: &mut Value, textures: usize) {
+    match value {
+        Value::Texture { texture, .. } => *texture += textures,
+        Value::Multiply(a, b) => {
+            shift(a, textures);
+            shift(b, textures);
+        }
+        Value::Channel(a, _) => shift(a, textures),
+        Value::Constant(_) | Value::Curve(_) | Value::VertexColor => {}
+    }
+}
