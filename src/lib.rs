@@ -9,6 +9,7 @@ pub mod film;
 pub mod integrator;
 pub mod math;
 pub mod metric;
+pub mod output;
 pub mod prepare;
 pub mod sampler;
 pub mod scene;

@@ -7,13 +7,24 @@ use super::slot::AovSlotRecord;
 pub struct Aov {
     /// Layer name; empty for the colour itself.
     pub name: &'static str,
-    /// Channel names inside the layer.
+    /// Channel names inside the layer; "" where the layer is one channel of its own name.
     pub channels: &'static [&'static str],
     pub unit: &'static str,
     /// Whether it needs the AOV rows of the slots.
     pub needs_slots: bool,
     /// Value of a pixel, one entry a channel.
     pub value: fn(&Film, usize) -> [f32; 3],
+}
+
+impl Aov {
+    /// Name in the file of channel `index`: "R", "albedo.R", "samples".
+    pub fn channel_name(&self, index: usize) -> String {
+        match (self.name, self.channels[index]) {
+            ("", channel) => channel.into(),
+            (layer, "") => layer.into(),
+            (layer, channel) => format!("{layer}.{channel}"),
+        }
+    }
 }
 
 /// Every layer, in file order.
@@ -56,7 +67,7 @@ pub const AOVS: &[Aov] = &[
     },
     Aov {
         name: "samples",
-        channels: &["N"],
+        channels: &[""],
         unit: "1",
         needs_slots: false,
         value: |film, pixel| [(film.block_count(pixel) * super::slot::BLOCK_SAMPLES) as f32, 0.0, 0.0],

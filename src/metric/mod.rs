@@ -1,4 +1,6 @@
 //! Error measures of images, and the statistics that say how far they can be trusted.
 
+pub mod error;
+pub mod estimate;
 pub mod special;
 pub mod stats;

@@ -1,0 +1,82 @@
+//! Error of a render without a reference, from the spread of its own blocks.
+//!
+//! relMSE of the image = mean over pixels and channels of (x-r)^2 / (r^2 + eps), whose expectation is
+//! mean of var(x) / (r^2 + eps). The variance of each mean comes from its n block means, r from the mean itself. The interval is
+//! for the relMSE that this very image has: of a pixel's term e both the true square (variance 2 e^2 for normal errors) and the
+//! estimate (2 e^2/(n-1)) scatter. Blocks of one scramble are not quite independent; the estimate is usually conservative
+//! then. Below 2 blocks there is none. Coverage is tested in src/render/tests.rs.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::error::{EPSILON, EPSILON_OF_MEAN, trimmed_count};
+use super::stats::student_t_quantile;
+use crate::film::Film;
+
+/// Share of the estimate in the worst 0.1 % of pixels above which the tails are too heavy to trust the interval.
+const HEAVY_TAIL_SHARE: f64 = 0.5;
+
+/// An estimated error with its 95 % interval.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    pub value: f64,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// What the film's blocks say of its error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FilmError {
+    pub relmse: Estimate,
+    /// With epsilon (0.1 mean r)^2.
+    pub relmse_exposure: Estimate,
+    /// Without the worst 0.1 % of pixels.
+    pub relmse_trimmed: f64,
+    /// The worst 0.1 % of pixels hold more than half of the estimate: the interval is not to be trusted.
+    pub is_heavy_tailed: bool,
+}
+
+/// The estimate; None while some pixel has fewer than two blocks.
+pub fn from_film(film: &Film) -> Option<FilmError> {
+    if film.min_block_count() < 2 || film.pixel_count() == 0 {
+        return None;
+    }
+    let image_mean = film.image_mean().iter().sum::<f64>() / 3.0;
+    let of_mean = (EPSILON_OF_MEAN * image_mean).powi(2);
+    let epsilon_exposure = if of_mean > 0.0 { of_mean } else { EPSILON };
+    let n = film.min_block_count() as f64;
+    let mut terms: Vec<f64> = pixel_terms(film, EPSILON);
+    let relmse = with_interval(&terms, n);
+    let relmse_exposure = with_interval(&pixel_terms(film, epsilon_exposure), n);
+    terms.sort_by(f64::total_cmp);
+    let total: f64 = terms.iter().sum();
+    terms.truncate(terms.len() - trimmed_count(terms.len()));
+    let kept: f64 = terms.iter().sum();
+    Some(FilmError {
+        relmse,
+        relmse_exposure,
+        relmse_trimmed: kept / terms.len().max(1) as f64,
+        is_heavy_tailed: total > 0.0 && total - kept > HEAVY_TAIL_SHARE * total,
+    })
+}
+
+/// Each pixel's var / (mean^2 + eps), averaged over its channels.
+fn pixel_terms(film: &Film, epsilon: f64) -> Vec<f64> {
+    let term = |pixel: usize| {
+        let (mean, variance) = (film.mean(pixel), film.variance_of_mean(pixel));
+        (0..3).map(|c| variance[c] / (mean[c] * mean[c] + epsilon)).sum::<f64>() / 3.0
+    };
+    (0..film.pixel_count()).into_par_iter().map(term).collect()
+}
+
+/// Mean of the terms and its interval. A pixel's channels move together, so a term counts as one value.
+fn with_interval(terms: &[f64], n: f64) -> Estimate {
+    let count = terms.len() as f64;
+    let value = terms.iter().sum::<f64>() / count;
+    let squares: f64 = terms.iter().map(|e| e * e).sum();
+    // E[e_hat^2] = e^2 (1 + 2/(n-1)) overstates e^2; divided out.
+    let e_squared = squares / (1.0 + 2.0 / (n - 1.0));
+    let standard_error = (e_squared * (2.0 + 2.0 / (n - 1.0))).sqrt() / count;
+    let half_width = student_t_quantile(0.975, n - 1.0) * standard_error;
+    Estimate { value, low: (value - half_width).max(0.0), high: value + half_width }
+}

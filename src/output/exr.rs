@@ -1,0 +1,72 @@
+//! OpenEXR: every AOV as named channels of one part, 32-bit float; units and the record in the header.
+//!
+//! Channels follow film::aov::AOVS: `R G B`, `albedo.R`, `normal.X`, `depth.Z`, `variance.R`, `samples`. Attributes:
+//! `unit.<channel>` (text) and `steradian.record` (the record as JSON).
+
+use std::path::Path;
+
+use exr::prelude::*;
+
+use super::image::Picture;
+use super::record::Record;
+use crate::error::Error;
+use crate::film::Film;
+use crate::film::aov::AOVS;
+
+/// Header attribute that holds the record.
+pub const RECORD_ATTRIBUTE: &str = "steradian.record";
+
+pub fn write(path: &Path, film: &Film, record: &Record) -> std::result::Result<(), Error> {
+    let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
+    let mut attributes = LayerAttributes { software_name: Some(record.program.as_str().into()), ..Default::default() };
+    for aov in AOVS.iter().filter(|a| !a.needs_slots || film.has_aov()) {
+        let values: Vec<[f32; 3]> = (0..film.pixel_count()).map(|pixel| (aov.value)(film, pixel)).collect();
+        for index in 0..aov.channels.len() {
+            let name = aov.channel_name(index);
+            attributes.other.insert(format!("unit.{name}").as_str().into(), AttributeValue::Text(aov.unit.into()));
+            let samples = FlatSamples::F32(values.iter().map(|v| v[index]).collect());
+            channels.push(AnyChannel::new(name.as_str(), samples));
+        }
+    }
+    let json = serde_json::to_string(record).map_err(|e| Error::file(path, format!("cannot write its record: {e}")))?;
+    attributes.other.insert(RECORD_ATTRIBUTE.into(), AttributeValue::Text(json.as_str().into()));
+    let size = (film.width() as usize, film.height() as usize);
+    let layer = Layer::new(size, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(channels));
+    super::replace(path, |beside| {
+        Image::from_layer(layer).write().to_file(beside).map_err(|e| match e {
+            exr::error::Error::Io(e) => Error::io("write", path, e),
+            other => Error::file(path, format!("cannot write: {other}")),
+        })
+    })
+}
+
+/// R, G, B of the first layer that has them (or Y alone), and whatever record is in the header.
+pub fn read(path: &Path) -> std::result::Result<Picture, Error> {
+    let image = read_all(path)?;
+    let layer = &image.layer_data;
+    let channel = |name: &str| layer.channel_data.list.iter().find(|c| c.name.eq(name));
+    let rgb = ["R", "G", "B"].map(|name| channel(name).or_else(|| channel("Y")));
+    let [Some(r), Some(g), Some(b)] = rgb else {
+        return Err(Error::file(path, "no channels R, G, B in its first layer"));
+    };
+    let count = layer.size.width() * layer.size.height();
+    let pixels = (0..count).map(|i| [r, g, b].map(|c| c.sample_data.value_by_flat_index(i).to_f32())).collect();
+    Ok(Picture { width: layer.size.width() as u32, height: layer.size.height() as u32, pixels })
+}
+
+/// The record's JSON from the header, if there is one.
+pub fn read_record(path: &Path) -> std::result::Result<Option<String>, Error> {
+    let image = read_all(path)?;
+    let value = image.layer_data.attributes.other.get(&Text::from(RECORD_ATTRIBUTE));
+    Ok(value.and_then(|v| if let AttributeValue::Text(text) = v { Some(text.to_string()) } else { None }))
+}
+
+type FlatImage = Image<Layer<AnyChannels<FlatSamples>>>;
+
+fn read_all(path: &Path) -> std::result::Result<FlatImage, Error> {
+    let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
+    reader.first_valid_layer().all_attributes().from_file(path).map_err(|e| match e {
+        exr::error::Error::Io(e) => Error::io("read", path, e),
+        other => Error::file(path, format!("cannot read the picture: {other}")),
+    })
+}

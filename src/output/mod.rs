@@ -1,0 +1,85 @@
+//! Files: EXR with every layer, PNG and Radiance HDR for looking at, and the run's record.
+//!
+//! Every file is written beside its place and renamed, so that no one ever reads half of one. `check` says before the render
+//! whether a path can be written.
+
+pub mod exr;
+pub mod image;
+pub mod record;
+
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::film::Film;
+use record::Record;
+
+/// A picture format, by its file's extension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    Exr,
+    Png,
+    Hdr,
+}
+
+impl Format {
+    pub fn of(path: &Path) -> Result<Self, Error> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        match extension.as_deref() {
+            Some("exr") => Ok(Self::Exr),
+            Some("png") => Ok(Self::Png),
+            Some("hdr") => Ok(Self::Hdr),
+            _ => Err(Error::file(path, "not a known picture format: use .exr, .png or .hdr")),
+        }
+    }
+}
+
+/// Fails, with one sentence, where `path` could not be written later.
+pub fn check(path: &Path) -> Result<(), Error> {
+    if path.is_dir() {
+        return Err(Error::file(path, "cannot write: it is a directory"));
+    }
+    let beside = beside(path);
+    let file = std::fs::File::create(&beside).map_err(|e| Error::io("write", path, e))?;
+    drop(file);
+    std::fs::remove_file(&beside).map_err(|e| Error::io("write", path, e))
+}
+
+/// The same, and that the extension names a picture format.
+pub fn check_picture(path: &Path) -> Result<(), Error> {
+    Format::of(path)?;
+    check(path)
+}
+
+/// Writes the film's picture by the extension of `path`. EXR holds every layer and the record; `exposure_ev` scales PNG only.
+pub fn write_picture(path: &Path, film: &Film, record: &Record, exposure_ev: f64) -> Result<(), Error> {
+    match Format::of(path)? {
+        Format::Exr => exr::write(path, film, record),
+        Format::Png => image::write_png(path, &image::Picture::of_film(film), exposure_ev),
+        Format::Hdr => image::write_hdr(path, &image::Picture::of_film(film)),
+    }
+}
+
+/// Writes `bytes` beside `path` and renames.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    replace(path, |beside| std::fs::write(beside, bytes).map_err(|e| Error::io("write", path, e)))
+}
+
+/// Lets `write` make a file beside `path`, then renames it; nothing is left behind when it fails.
+pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<(), Error>) -> Result<(), Error> {
+    let beside = beside(path);
+    let written = write(&beside).and_then(|()| std::fs::rename(&beside, path).map_err(|e| Error::io("write", path, e)));
+    if written.is_err() {
+        // The first error is the one to tell.
+        std::fs::remove_file(&beside).ok();
+    }
+    written
+}
+
+/// `dir/.name.PID.part`: on the same file system, and not the same for two processes.
+fn beside(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.{}.part", std::process::id()))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,110 @@
+//! The record of a run: what was rendered, how long it took, how good it is, what was lost. JSON field names are DESIGN.md 6's.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+use crate::film::ledger::Ledger;
+use crate::metric::estimate::Estimate;
+
+/// Seconds by stage. `write` is 0 in the copy inside an EXR's header, which is written before it is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Stages {
+    pub load: f64,
+    pub bvh: f64,
+    pub compile: f64,
+    pub upload: f64,
+    pub trace: f64,
+    pub write: f64,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[allow(non_snake_case)] // throughput_MSps and throughput_Mrays_ps are the field's names
+pub struct Record {
+    /// Program and version.
+    pub program: String,
+    pub command: String,
+    pub scene: String,
+    pub width: u32,
+    pub height: u32,
+    pub seed: u32,
+    pub integrator: String,
+    pub estimator: String,
+    pub sampler: String,
+    pub max_depth: u32,
+    /// Samples a pixel; where a pass was interrupted, the fewest of any pixel.
+    pub spp: u64,
+    /// What ended the render: "spp", "time" or "interrupt".
+    pub stopped_by: String,
+    /// From process start to the end of the render (in an EXR's header) or of the last file (elsewhere).
+    pub wall_s: f64,
+    pub seconds: Stages,
+    /// Estimated relMSE with its 95 % interval; absent below two blocks of 16 samples.
+    pub relmse_est: Option<Estimate>,
+    /// The same with epsilon (0.1 mean)^2, which does not depend on exposure.
+    pub relmse_est_exposure: Option<Estimate>,
+    /// The first without the worst 0.1 % of pixels.
+    pub relmse_est_trimmed: Option<f64>,
+    pub samples: u64,
+    pub rays: u64,
+    pub throughput_MSps: f64,
+    pub throughput_Mrays_ps: f64,
+    pub peak_host_bytes: u64,
+    pub peak_device_bytes: u64,
+    pub film_bytes: u64,
+    pub device: String,
+    pub device_kind: String,
+    pub driver: String,
+    pub kernel_hash: String,
+    pub ledger: Ledger,
+    pub notes: Vec<String>,
+}
+
+impl Record {
+    /// Lines for people: error, speed, memory, ledger.
+    pub fn summary(&self) -> String {
+        let error = match &self.relmse_est {
+            Some(e) => format!("relMSE {:.3e} [{:.3e}, {:.3e}] estimated", e.value, e.low, e.high),
+            None => "no error estimate below 32 spp".into(),
+        };
+        let s = &self.seconds;
+        let mebibytes = |bytes: u64| bytes as f64 / (1 << 20) as f64;
+        format!(
+            "{}x{} at {} spp in {:.2} s, {error}\n\
+             load {:.2}, bvh {:.2}, compile {:.2}, upload {:.2}, trace {:.2}, write {:.2} s; {:.3} Msamples/s, {:.2} Mrays/s\n\
+             host {:.0} MiB, device {:.0} MiB; {} ({}); lost: {}",
+            self.width,
+            self.height,
+            self.spp,
+            self.wall_s,
+            s.load,
+            s.bvh,
+            s.compile,
+            s.upload,
+            s.trace,
+            s.write,
+            self.throughput_MSps,
+            self.throughput_Mrays_ps,
+            mebibytes(self.peak_host_bytes),
+            mebibytes(self.peak_device_bytes),
+            self.device,
+            self.driver,
+            self.ledger.summary(),
+        )
+    }
+
+    /// One JSON object and a newline.
+    pub fn write(&self, path: &Path) -> Result<(), Error> {
+        let json = serde_json::to_string_pretty(self).map_err(|e| Error::file(path, format!("cannot write: {e}")))?;
+        super::write_atomically(path, (json + "\n").as_bytes())
+    }
+}
+
+/// Most resident memory this process ever had (VmHWM), bytes; 0 where the system does not say.
+pub fn peak_host_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+    let kibibytes: Option<u64> = line.and_then(|l| l.split_whitespace().next()).and_then(|v| v.parse().ok());
+    kibibytes.unwrap_or(0) * 1024
+}
