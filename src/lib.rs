@@ -11,6 +11,7 @@ pub mod math;
 pub mod metric;
 pub mod output;
 pub mod prepare;
+pub mod reference;
 pub mod sampler;
 pub mod scene;
 pub mod shader;

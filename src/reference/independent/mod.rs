@@ -1,0 +1,260 @@
+//! The independent world: straight from `scene::Scene`, sharing no table and no decoding with `prepare`.
+//!
+//! Instances are transformed in f64 here (normals by the inverse transpose), attributes are interpolated and textures looked
+//! up here, lights are listed and sampled by area here, and numbers come from a generator of its own. What it shares with the
+//! device is the description of the scene and the f64 BSDF models. The camera must have been placed.
+
+mod light;
+mod random;
+mod value;
+
+use glam::{DVec2, DVec3};
+
+use super::path::{LightSample, Random, World};
+use super::surface::Surface;
+use super::tree::{Hit, Ray, Shape, Tree, free_ray};
+use crate::bsdf::{InputKind, MODELS, Params};
+use crate::integrator::Estimator;
+use crate::prepare::records::NONE;
+use crate::scene::{self, Alpha, Material, Scene};
+use light::Lights;
+pub use random::Stream;
+pub use value::Point;
+
+/// A scene with what the oracle adds: world-space geometry, a tree and its own light tables.
+pub struct Independent<'a> {
+    scene: &'a Scene,
+    tree: Tree,
+    primitives: Vec<Primitive>,
+    lights: Lights,
+    camera_medium: u32,
+}
+
+/// One triangle or sphere in the world. Its place in the list is its number.
+#[derive(Clone, Copy, Debug)]
+struct Primitive {
+    shape: Shape,
+    instance: u32,
+    /// Triangle of the mesh; corner pair of a rectangle; 0 for a sphere.
+    part: u32,
+    /// The instance's transform mirrors: then the front is where the winding is clockwise.
+    is_mirrored: bool,
+}
+
+/// Corners of `scene::Shape::Rectangle`, counter-clockwise seen from +z.
+const RECTANGLE: [DVec2; 4] =
+    [DVec2::new(-1.0, -1.0), DVec2::new(1.0, -1.0), DVec2::new(1.0, 1.0), DVec2::new(-1.0, 1.0)];
+const RECTANGLE_PARTS: [[usize; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
+
+impl<'a> Independent<'a> {
+    pub fn new(scene: &'a Scene) -> Self {
+        let mut primitives = Vec::new();
+        for (number, instance) in scene.instances.iter().enumerate() {
+            let to_world = instance.to_world;
+            let is_mirrored = to_world.matrix3.determinant() < 0.0;
+            let mut place = |shape, part: usize| {
+                primitives.push(Primitive { shape, instance: number as u32, part: part as u32, is_mirrored });
+            };
+            match instance.shape {
+                scene::Shape::Mesh(mesh) => {
+                    let mesh = &scene.meshes[mesh];
+                    let position = |i: u32| to_world.transform_point3(mesh.positions[i as usize].map(f64::from).into());
+                    for (part, t) in mesh.triangles.iter().enumerate() {
+                        place(Shape::Triangle(t.map(position)), part);
+                    }
+                }
+                scene::Shape::Rectangle => {
+                    let corner = |i: usize| to_world.transform_point3(RECTANGLE[i].extend(0.0));
+                    for (part, t) in RECTANGLE_PARTS.iter().enumerate() {
+                        place(Shape::Triangle(t.map(corner)), part);
+                    }
+                }
+                scene::Shape::Sphere => {
+                    let radius = to_world.matrix3.x_axis.length();
+                    place(Shape::Sphere { center: to_world.translation, radius }, 0);
+                }
+            }
+        }
+        let tree = Tree::build(primitives.iter().enumerate().map(|(i, p)| (i as u32, p.shape)).collect());
+        let mut world = Self { scene, tree, primitives, lights: Lights::default(), camera_medium: NONE };
+        world.lights = Lights::of(&world);
+        world.camera_medium = world.medium_at(scene.camera.to_world.translation);
+        world
+    }
+
+    pub fn size(&self) -> [u32; 2] {
+        [self.scene.film.width, self.scene.film.height]
+    }
+
+    fn material(&self, primitive: u32) -> &'a Material {
+        let instance = self.primitives[primitive as usize].instance;
+        &self.scene.materials[self.scene.instances[instance as usize].material]
+    }
+
+    /// The medium around a point: that of the first surface with an interior whose back is seen along an arbitrary line.
+    fn medium_at(&self, point: DVec3) -> u32 {
+        if self.scene.materials.iter().all(|m| m.interior.is_none()) {
+            return NONE;
+        }
+        // A direction that no scene is likely to align with.
+        let mut ray = free_ray(point, DVec3::new(0.3713, 0.8127, 0.4491).normalize());
+        while let Some(hit) = self.tree.closest(&ray, None, f64::INFINITY) {
+            let surface = self.surface(&ray, &hit);
+            if surface.transmits && surface.interior != NONE {
+                let is_back = ray.direction.dot(surface.geometric_normal) > 0.0;
+                return if is_back { surface.interior } else { NONE };
+            }
+            ray = Ray { origin: ray.at(hit.t), leaves: hit.primitive, ..ray };
+        }
+        NONE
+    }
+
+    /// Geometry and attributes at barycentric weights `b` of a triangle, or at `position` of a sphere.
+    fn point(&self, primitive: u32, b: [f64; 2], position: DVec3) -> Point {
+        let p = &self.primitives[primitive as usize];
+        let instance = &self.scene.instances[p.instance as usize];
+        match p.shape {
+            Shape::Sphere { center, .. } => {
+                let normal = (position - center).normalize();
+                let local = instance.to_world.matrix3.transpose().mul_vec3(normal).normalize();
+                let uv = DVec2::new(
+                    local.x.atan2(-local.z) / std::f64::consts::TAU + 0.5,
+                    local.y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI,
+                );
+                Point { position, geometric_normal: normal, normal, tangent: None, uvs: [uv; 2], color: [1.0; 4] }
+            }
+            Shape::Triangle(v) => {
+                let weights = [1.0 - b[0] - b[1], b[0], b[1]];
+                let winding = (v[1] - v[0]).cross(v[2] - v[0]).normalize_or_zero();
+                let geometric_normal = if p.is_mirrored { -winding } else { winding };
+                let position = weights[0] * v[0] + weights[1] * v[1] + weights[2] * v[2];
+                let mut point = Point {
+                    position,
+                    geometric_normal,
+                    normal: geometric_normal,
+                    tangent: None,
+                    uvs: [DVec2::ZERO; 2],
+                    color: [1.0; 4],
+                };
+                match instance.shape {
+                    scene::Shape::Mesh(mesh) => {
+                        let mesh = &self.scene.meshes[mesh];
+                        value::interpolate(mesh, p.part as usize, weights, &instance.to_world, &mut point);
+                    }
+                    _ => {
+                        let corners = RECTANGLE_PARTS[p.part as usize].map(|i| RECTANGLE[i]);
+                        let local = weights[0] * corners[0] + weights[1] * corners[1] + weights[2] * corners[2];
+                        point.uvs = [DVec2::new(0.5 * (local.x + 1.0), 0.5 * (1.0 - local.y)); 2];
+                    }
+                }
+                point
+            }
+        }
+    }
+
+    /// Radiance that leaves `point` of a material into the hemisphere that sees it from `direction` (towards the point).
+    fn emission(&self, material: &Material, point: &Point, direction: DVec3) -> DVec3 {
+        match &material.emission {
+            Some(value) if material.emission_two_sided || direction.dot(point.geometric_normal) < 0.0 => {
+                rgb(self.evaluate(value, point))
+            }
+            _ => DVec3::ZERO,
+        }
+    }
+
+    fn alpha(&self, material: &Material, point: &Point) -> f64 {
+        match &material.alpha {
+            Alpha::Opaque => 1.0,
+            Alpha::Mask { value, cutoff } => f64::from(u8::from(self.evaluate(value, point)[0] >= *cutoff)),
+            Alpha::Blend { value } => self.evaluate(value, point)[0],
+        }
+    }
+}
+
+fn rgb(v: [f64; 4]) -> DVec3 {
+    DVec3::new(v[0], v[1], v[2])
+}
+
+impl World for Independent<'_> {
+    fn camera_ray(&self, film: DVec2) -> (DVec3, DVec3) {
+        let camera = &self.scene.camera;
+        let size = DVec2::new(f64::from(self.scene.film.width), f64::from(self.scene.film.height));
+        let half_height = (0.5 * camera.fov_y_rad).tan();
+        let half_width = half_height * size.x / size.y;
+        let axes = camera.to_world.matrix3;
+        let x = (2.0 * film.x / size.x - 1.0) * half_width;
+        let y = (1.0 - 2.0 * film.y / size.y) * half_height;
+        let direction = x * axes.x_axis.normalize() + y * axes.y_axis.normalize() - axes.z_axis.normalize();
+        (camera.to_world.translation, direction.normalize())
+    }
+
+    fn camera_medium(&self) -> u32 {
+        self.camera_medium
+    }
+
+    fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    fn has_alpha(&self) -> bool {
+        self.scene.materials.iter().any(|m| !matches!(m.alpha, Alpha::Opaque))
+    }
+
+    fn presence(&self, ray: &Ray, hit: &Hit) -> f64 {
+        let material = self.material(hit.primitive);
+        if matches!(material.alpha, Alpha::Opaque) {
+            return 1.0;
+        }
+        self.alpha(material, &self.point(hit.primitive, hit.barycentric, ray.at(hit.t)))
+    }
+
+    fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        let material = self.material(hit.primitive);
+        let point = self.point(hit.primitive, hit.barycentric, ray.at(hit.t));
+        let mut inputs = [DVec3::ZERO; 32];
+        for ((slot, value), input) in inputs.iter_mut().zip(&material.inputs).zip(MODELS[material.bsdf].inputs) {
+            let v = self.evaluate(value, &point);
+            *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
+        }
+        let normal_map = material.normal_map.as_ref().map(|(value, scale)| {
+            let n = 2.0 * rgb(self.evaluate(value, &point)) - 1.0;
+            DVec3::new(scale * n.x, scale * n.y, n.z)
+        });
+        let instance = self.primitives[hit.primitive as usize].instance;
+        Surface {
+            point: point.position,
+            geometric_normal: point.geometric_normal,
+            normal: point.normal,
+            tangent: point.tangent,
+            normal_map,
+            params: Params::from_inputs(material.bsdf, &inputs[..material.inputs.len()]),
+            transmits: MODELS[material.bsdf].transmits,
+            emission: self.emission(material, &point, ray.direction),
+            interior: match material.interior {
+                Some(_) => self.scene.instances[instance as usize].material as u32,
+                None => NONE,
+            },
+        }
+    }
+
+    /// Media are named by the material that holds them.
+    fn absorption(&self, medium: u32) -> DVec3 {
+        self.scene.materials[medium as usize].interior.map_or(DVec3::ZERO, |m| m.absorption)
+    }
+
+    fn sky(&self, direction: DVec3) -> DVec3 {
+        self.lights.sky.radiance(direction)
+    }
+
+    fn sky_density(&self, direction: DVec3, _: Estimator) -> f64 {
+        self.lights.sky_density(direction)
+    }
+
+    fn emitter_density(&self, ray: &Ray, hit: &Hit) -> f64 {
+        self.lights.emitter_density(self, ray, hit)
+    }
+
+    fn sample_light<R: Random>(&self, point: DVec3, random: &R, vertex: u32, _: Estimator) -> Option<LightSample> {
+        self.lights.sample(self, point, random, vertex)
+    }
+}

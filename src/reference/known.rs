@@ -1,0 +1,176 @@
+//! Scenes whose radiance is known in closed form: the oracle must meet it, and so must every device (gate 7).
+//!
+//! Each builder returns a scene whose image is the answer in every pixel, so that the mean of the image is the test. The
+//! camera is a narrow cone (2 mrad), so that the answer at its axis holds to 1e-6 where it depends on the point.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use crate::bsdf;
+use crate::scene::*;
+
+/// A scene and the radiance of each of its pixels, W/(m2 sr).
+pub struct Known {
+    pub name: &'static str,
+    /// What is tested, and the formula of the answer.
+    pub about: &'static str,
+    pub scene: Scene,
+    pub radiance: DVec3,
+}
+
+/// Camera at `from`, looking at `at`, with the given vertical field of view.
+pub fn camera(from: DVec3, at: DVec3, fov_y_rad: f64) -> Camera {
+    let z = (from - at).normalize();
+    let up = if z.y.abs() > 0.99 { DVec3::Z } else { DVec3::Y };
+    let x = up.cross(z).normalize();
+    let to_world = DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), from);
+    Camera { to_world, fov_y_rad, is_placed: true }
+}
+
+/// A material of model `keyword` with the model's defaults, `set` overriding by input name.
+///
+/// # Panics
+/// When the model or an input does not exist: scenes here are part of the program.
+pub fn material(keyword: &str, set: &[(&str, Value)]) -> Material {
+    let bsdf = bsdf::MODELS.iter().position(|m| m.keyword == keyword).expect("a model of the list");
+    let inputs = bsdf::MODELS[bsdf]
+        .inputs
+        .iter()
+        .map(|input| {
+            let given = set.iter().find(|s| s.0 == input.name).map(|s| s.1.clone());
+            given.unwrap_or_else(|| Value::rgb(input.default[0], input.default[1], input.default[2]))
+        })
+        .collect();
+    Material {
+        name: keyword.to_owned(),
+        bsdf,
+        inputs,
+        emission: None,
+        emission_two_sided: false,
+        alpha: Alpha::Opaque,
+        normal_map: None,
+        interior: None,
+        priority: 0,
+    }
+}
+
+/// Lambert of one albedo.
+pub fn lambert(albedo: DVec3) -> Material {
+    material("lambert", &[("albedo", Value::rgb(albedo.x, albedo.y, albedo.z))])
+}
+
+/// Black, emitting `radiance`.
+pub fn lamp(radiance: DVec3) -> Material {
+    Material { emission: Some(Value::rgb(radiance.x, radiance.y, radiance.z)), ..lambert(DVec3::ZERO) }
+}
+
+/// Adds a shape with its own material.
+pub fn place(scene: &mut Scene, name: &str, shape: Shape, to_world: DAffine3, material: Material) {
+    scene.materials.push(material);
+    let material = scene.materials.len() - 1;
+    scene.instances.push(Instance { name: name.to_owned(), shape, to_world, material });
+}
+
+pub fn sphere_at(center: DVec3, radius: f64) -> DAffine3 {
+    DAffine3::from_scale_rotation_translation(DVec3::splat(radius), glam::DQuat::IDENTITY, center)
+}
+
+/// Rectangle of half-size `half`, facing +y.
+pub fn floor_at(center: DVec3, half: f64) -> DAffine3 {
+    let turn = glam::DQuat::from_rotation_x(-0.5 * PI);
+    DAffine3::from_scale_rotation_translation(DVec3::splat(half), turn, center)
+}
+
+/// A narrow view of 8 x 8 pixels.
+pub fn narrow(name: &str, from: DVec3, at: DVec3) -> Scene {
+    Scene {
+        name: name.to_owned(),
+        camera: camera(from, at, 0.002),
+        film: Film { width: 8, height: 8, spp: None, max_depth: None },
+        ..Scene::default()
+    }
+}
+
+/// Inside a sphere of albedo rho that emits Le on both sides: L = Le/(1 - rho).
+pub fn furnace_sphere() -> Known {
+    let (albedo, emission) = (DVec3::new(0.5, 0.2, 0.8), DVec3::new(1.0, 2.0, 0.5));
+    let mut scene = narrow("furnace-sphere", DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.5, -0.1, 0.0));
+    let mut wall = lambert(albedo);
+    wall.emission = Some(Value::rgb(emission.x, emission.y, emission.z));
+    wall.emission_two_sided = true;
+    place(&mut scene, "wall", Shape::Sphere, sphere_at(DVec3::ZERO, 1.0), wall);
+    Known {
+        name: "furnace sphere",
+        about: "inside a sphere of albedo rho that emits Le: L = Le/(1 - rho)",
+        scene,
+        radiance: emission / (DVec3::ONE - albedo),
+    }
+}
+
+/// Lambert plane under a uniform sky: E = pi L, so the radiance is rho L.
+pub fn uniform_sky() -> Known {
+    let (albedo, sky) = (DVec3::new(0.7, 0.5, 0.3), DVec3::new(1.0, 1.5, 2.0));
+    let mut scene = narrow("uniform-sky", DVec3::new(0.0, 1.0, 0.5), DVec3::ZERO);
+    place(&mut scene, "floor", Shape::Rectangle, floor_at(DVec3::ZERO, 10.0), lambert(albedo));
+    scene.sky = Some(Sky { radiance: SkyRadiance::Uniform(sky), rotation_rad: 0.0, scale: 1.0 });
+    Known { name: "uniform sky", about: "E = pi L on a plane", scene, radiance: albedo * sky }
+}
+
+/// Sphere lamp of radius R at distance d, seen from the plane under the angle theta: E = pi L (R/d)^2 cos(theta).
+pub fn sphere_lamp() -> Known {
+    let (albedo, emission) = (DVec3::new(0.7, 0.5, 0.3), DVec3::new(10.0, 8.0, 4.0));
+    let (radius, distance, theta) = (0.3, 2.0, 50f64.to_radians());
+    let mut scene = narrow("sphere-lamp", DVec3::new(0.0, 1.0, 0.5), DVec3::ZERO);
+    place(&mut scene, "floor", Shape::Rectangle, floor_at(DVec3::ZERO, 10.0), lambert(albedo));
+    let center = distance * DVec3::new(theta.sin(), theta.cos(), 0.0);
+    place(&mut scene, "lamp", Shape::Sphere, sphere_at(center, radius), lamp(emission));
+    let irradiance = PI * emission * (radius / distance).powi(2) * theta.cos();
+    Known { name: "sphere lamp", about: "E = pi L (R/d)^2 cos(theta)", scene, radiance: albedo * irradiance / PI }
+}
+
+/// Square lamp of side 1 parallel to the floor, 1 above its corner's foot: E from the form factor of a parallel rectangle
+/// (Siegel and Howell, configuration 4, differential element to rectangle) times pi L.
+pub fn rectangle_lamp() -> Known {
+    let (albedo, emission) = (DVec3::new(0.7, 0.5, 0.3), DVec3::new(10.0, 8.0, 4.0));
+    let mut scene = narrow("rectangle-lamp", DVec3::new(0.0, 0.5, 1.0), DVec3::ZERO);
+    place(&mut scene, "floor", Shape::Rectangle, floor_at(DVec3::ZERO, 10.0), lambert(albedo));
+    let turn = glam::DQuat::from_rotation_x(0.5 * PI);
+    let to_world = DAffine3::from_scale_rotation_translation(DVec3::splat(0.5), turn, DVec3::new(0.5, 1.0, 0.5));
+    place(&mut scene, "lamp", Shape::Rectangle, to_world, lamp(emission));
+    let half = 0.5f64.sqrt();
+    let factor = (2.0 * half * half.atan()) / (2.0 * PI);
+    Known {
+        name: "rectangle lamp",
+        about: "form factor of a square above the point below its corner",
+        scene,
+        radiance: albedo * emission * factor,
+    }
+}
+
+/// The sky seen directly through its texel grid: columns of different colour, turned by a quarter. The view hits the
+/// centre of column 5 of 8 at the horizon, before the turn column 3. Colours are linear there, so the jitter cancels.
+pub fn turned_sky() -> Known {
+    let (width, height) = (8u32, 4u32);
+    let color = |i: u32| DVec3::new(1.0 + f64::from(i), 9.0 - f64::from(i), 0.5 * f64::from(i));
+    let pixels = (0..width * height).flat_map(|k| color(k % width).to_array().map(|c| c as f32)).collect::<Vec<f32>>();
+    // A turn about +y by +90 degrees carries -z (image centre) to -x: longitude falls by a quarter of the image, 2 texels.
+    // Seen now at the centre of column 3 is what stood at the centre of column 5.
+    let longitude = std::f64::consts::TAU * ((3.0 + 0.5) / 8.0 - 0.5);
+    let direction = DVec3::new(longitude.sin(), 0.0, -longitude.cos());
+    let mut scene = narrow("turned-sky", DVec3::new(3.0, 1.0, 2.0), DVec3::new(3.0, 1.0, 2.0) + direction);
+    scene.images.push(Image { name: "columns".to_owned(), width, height, pixels: Pixels::RgbF32(Arc::new(pixels)) });
+    scene.sky = Some(Sky { radiance: SkyRadiance::Image(0), rotation_rad: 0.5 * PI, scale: 2.0 });
+    Known {
+        name: "turned sky",
+        about: "a sky turned by +90 degrees about +y, read at a texel's centre",
+        scene,
+        radiance: 2.0 * color(5),
+    }
+}
+
+/// All of them.
+pub fn all() -> Vec<Known> {
+    vec![furnace_sphere(), uniform_sky(), sphere_lamp(), rectangle_lamp(), turned_sky()]
+}

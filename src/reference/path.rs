@@ -1,0 +1,293 @@
+//! The oracle's path loop in f64, shared by its two modes.
+//!
+//! Unidirectional path tracing (Kajiya 1986) with next-event estimation and multiple importance sampling (Veach 1997,
+//! chapter 9), roulette (10.4.1), homogeneous absorption along edges (Beer-Lambert), and stochastic alpha. Vertex 0 is the
+//! camera; random numbers at the surface vertex v use (v, purpose). The captions number the steps as the kernel does.
+
+use glam::{DVec2, DVec3};
+
+use super::surface::Surface;
+use super::tree::{Hit, Ray, Tree};
+use crate::bsdf::{SAMPLE_DELTA, SAMPLE_TRANSMISSION};
+use crate::integrator::path::{power_heuristic, survival_probability};
+use crate::integrator::{Estimator, Settings};
+use crate::prepare::records::NONE;
+use crate::sampler::{self, Purpose};
+
+/// Where the numbers of one sample come from.
+pub trait Random {
+    fn bits(&self, vertex: u32, purpose: Purpose) -> u32;
+    /// In [0, 1).
+    fn unit(&self, vertex: u32, purpose: Purpose) -> f64;
+    /// True with probability `p`.
+    fn accepts(&self, vertex: u32, purpose: Purpose, p: f64) -> bool;
+    /// True with probability `p`, by a hash of the hit and not of the order of visits.
+    fn is_present(&self, vertex: u32, kind: RayKind, hit: &Hit, p: f64) -> bool;
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayKind {
+    Closest = 0,
+    Shadow = 1,
+}
+
+/// What a light sample says.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit, from the shaded point.
+    pub direction: DVec3,
+    /// Infinite for the sky.
+    pub distance: f64,
+    pub radiance: DVec3,
+    /// Probability of the light times the solid-angle density of the direction, 1/sr.
+    pub density: f64,
+    /// The light's own primitive, which its shadow ray ignores; NONE for the sky.
+    pub primitive: u32,
+}
+
+/// What the scene is, to the loop.
+pub trait World: Sync {
+    /// Unit direction through a film position in pixels, row 0 on top, and where it starts.
+    fn camera_ray(&self, film: DVec2) -> (DVec3, DVec3);
+    fn camera_medium(&self) -> u32;
+    fn tree(&self) -> &Tree;
+    /// Some hit may be passed through.
+    fn has_alpha(&self) -> bool;
+    /// Probability that the surface is there.
+    fn presence(&self, ray: &Ray, hit: &Hit) -> f64;
+    fn surface(&self, ray: &Ray, hit: &Hit) -> Surface;
+    fn absorption(&self, medium: u32) -> DVec3;
+    fn sky(&self, direction: DVec3) -> DVec3;
+    /// Density with which `sample_light` finds the sky in this direction, 1/sr.
+    fn sky_density(&self, direction: DVec3, estimator: Estimator) -> f64;
+    /// Density with which `sample_light` from `ray.origin` finds the emission at `hit`, 1/sr.
+    fn emitter_density(&self, ray: &Ray, hit: &Hit) -> f64;
+    fn sample_light<R: Random>(
+        &self,
+        point: DVec3,
+        random: &R,
+        vertex: u32,
+        estimator: Estimator,
+    ) -> Option<LightSample>;
+}
+
+/// One surface vertex of a path, for replays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VertexTrace {
+    pub primitive: u32,
+    pub point: DVec3,
+    /// Shading normal.
+    pub normal: DVec3,
+    /// Throughput of radiance arriving at this vertex, before it scatters.
+    pub throughput: DVec3,
+    /// Radiance gathered by next-event estimation here, throughput included.
+    pub light: DVec3,
+    /// World direction sampled for the next edge; zero where the path ended.
+    pub wi: DVec3,
+    /// Of the sampled direction, 1/sr or a probability for a delta lobe.
+    pub pdf: f64,
+}
+
+/// First surface seen, for the AOVs. All zero where the sky is seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FirstHit {
+    pub albedo: DVec3,
+    pub normal: DVec3,
+    pub depth: f64,
+}
+
+/// What one sample brings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    pub radiance: DVec3,
+    pub first: FirstHit,
+    /// Rays traced, shadow rays included.
+    pub rays: u32,
+    /// Directions dropped, or normals replaced, because shading and geometric sides disagree.
+    pub disagreements: u32,
+    /// The path was cut by `max_depth` at a surface that scatters.
+    pub is_cut: bool,
+    /// Luminance of the throughput that was cut.
+    pub lost: f64,
+}
+
+/// Relative luminance of linear Rec.709 (ITU-R BT.709-6, 3.3).
+pub fn luminance(rgb: DVec3) -> f64 {
+    rgb.dot(DVec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// Fraction of light left after `distance` metres. A channel without absorption stays 1 on infinite edges too.
+fn transmittance(absorption: DVec3, distance: f64) -> DVec3 {
+    let channel = |a: f64| if a > 0.0 { (-a * distance).exp() } else { 1.0 };
+    DVec3::new(channel(absorption.x), channel(absorption.y), channel(absorption.z))
+}
+
+/// Traces one sample of `pixel`; `observe` sees every surface vertex in order.
+pub fn trace<W: World, R: Random>(
+    world: &W,
+    settings: &Settings,
+    random: &R,
+    pixel: [u32; 2],
+    mut observe: impl FnMut(VertexTrace),
+) -> Sample {
+    let jitter = DVec2::new(random.unit(0, sampler::PIXEL_X), random.unit(0, sampler::PIXEL_Y));
+    let (origin, direction) = world.camera_ray(DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + jitter);
+    let mut ray = Ray { origin, direction, leaves: NONE, ignores: NONE };
+    let mut medium = world.camera_medium();
+    let mut throughput = DVec3::ONE;
+    let mut eta_scale = 1.0;
+    let mut sample = Sample::default();
+    let mut vertex = 0;
+    // Density of the last scattering; None where light sampling had no chance (camera, delta lobe).
+    let mut scatter_pdf: Option<f64> = None;
+    for edge in 1..=settings.edges() {
+        // 1. Where the edge ends.
+        sample.rays += 1;
+        let hit = closest_present(world, random, &ray, vertex);
+        let weight = |light_density: &dyn Fn() -> f64| match (scatter_pdf, settings.estimator) {
+            (None, _) | (_, Estimator::Bsdf) => 1.0,
+            (Some(_), Estimator::Light) => 0.0,
+            (Some(pdf), Estimator::Mis) => power_heuristic(pdf, light_density()),
+        };
+        // 2. Absorption on the way.
+        if medium != NONE {
+            throughput *= transmittance(world.absorption(medium), hit.map_or(f64::INFINITY, |h| h.t));
+        }
+        // 3. The sky ends the path.
+        let Some(hit) = hit else {
+            let sky = world.sky(ray.direction);
+            if sky != DVec3::ZERO {
+                let w = weight(&|| world.sky_density(ray.direction, settings.estimator));
+                sample.radiance += throughput * sky * w;
+            }
+            break;
+        };
+        // 4. Emission towards the viewer.
+        let surface = world.surface(&ray, &hit);
+        if surface.emission != DVec3::ZERO {
+            let w = weight(&|| world.emitter_density(&ray, &hit));
+            sample.radiance += throughput * surface.emission * w;
+        }
+        let wo_world = -ray.direction;
+        let shading = surface.shading(wo_world);
+        let bsdf = surface.params.bsdf();
+        if edge == 1 {
+            sample.first = FirstHit { albedo: bsdf.albedo(), normal: shading.frame.z, depth: hit.t };
+        }
+        let mut trace = VertexTrace {
+            primitive: hit.primitive,
+            point: surface.point,
+            normal: shading.frame.z,
+            throughput,
+            light: DVec3::ZERO,
+            wi: DVec3::ZERO,
+            pdf: 0.0,
+        };
+        // 5. The last edge; what scattering would have carried on is counted.
+        if edge == settings.edges() {
+            if bsdf.albedo() != DVec3::ZERO {
+                sample.is_cut = true;
+                sample.lost = luminance(throughput);
+            }
+            observe(trace);
+            break;
+        }
+        vertex += 1;
+        sample.disagreements += u32::from(shading.disagrees);
+        let wo = shading.frame.to_local(wo_world);
+        // The medium an edge towards `wi` runs through.
+        let beyond = |wi: DVec3| {
+            let front = surface.geometric_normal;
+            let crosses = (wi.dot(front) < 0.0) != (wo_world.dot(front) < 0.0);
+            match (surface.transmits && surface.interior != NONE && crosses, wi.dot(front) < 0.0) {
+                (false, _) => medium,
+                (true, true) => surface.interior,
+                (true, false) => NONE,
+            }
+        };
+        // 6. Next-event estimation.
+        if settings.estimator != Estimator::Bsdf
+            && !bsdf.is_delta()
+            && let Some(light) = world.sample_light(surface.point, random, vertex, settings.estimator)
+        {
+            let wi = shading.frame.to_local(light.direction);
+            let f = if shading.sides_agree(light.direction, wi) { bsdf.eval(wo, wi) } else { DVec3::ZERO };
+            if light.density > 0.0 && f != DVec3::ZERO && light.radiance != DVec3::ZERO {
+                let shadow = Ray {
+                    origin: surface.point,
+                    direction: light.direction,
+                    leaves: hit.primitive,
+                    ignores: light.primitive,
+                };
+                sample.rays += 1;
+                if !is_blocked(world, random, &shadow, light.distance, vertex) {
+                    let w = match settings.estimator {
+                        Estimator::Mis => power_heuristic(light.density, bsdf.pdf(wo, wi)),
+                        _ => 1.0,
+                    };
+                    let medium = beyond(light.direction);
+                    let through = match medium {
+                        NONE => DVec3::ONE,
+                        _ => transmittance(world.absorption(medium), light.distance),
+                    };
+                    trace.light = throughput * f * light.radiance * through * (w / light.density);
+                    sample.radiance += trace.light;
+                }
+            }
+        }
+        // 7. Scatter.
+        let u = [random.unit(vertex, sampler::BSDF_U), random.unit(vertex, sampler::BSDF_V)];
+        let Some(scattered) = bsdf.sample(wo, random.bits(vertex, sampler::BSDF_LOBE), u) else {
+            observe(trace);
+            break;
+        };
+        let wi = shading.frame.to_world(scattered.wi);
+        (trace.wi, trace.pdf) = (wi, scattered.pdf);
+        observe(trace);
+        if !shading.sides_agree(wi, scattered.wi) {
+            sample.disagreements += 1;
+            break;
+        }
+        throughput *= scattered.weight;
+        if throughput == DVec3::ZERO {
+            break;
+        }
+        eta_scale *= scattered.eta_scale;
+        scatter_pdf = (scattered.flags & SAMPLE_DELTA == 0).then_some(scattered.pdf);
+        if scattered.flags & SAMPLE_TRANSMISSION != 0 {
+            medium = beyond(wi);
+        }
+        ray = Ray { origin: surface.point, direction: wi, leaves: hit.primitive, ignores: NONE };
+        // 8. Roulette.
+        if edge >= settings.first_roulette_edge() {
+            let q = survival_probability(throughput, eta_scale);
+            if !random.accepts(vertex, sampler::ROULETTE, q) {
+                break;
+            }
+            throughput /= q;
+        }
+    }
+    sample
+}
+
+/// First hit that is there. Candidates come in the order (t, primitive), each decided by its own hash.
+fn closest_present<W: World, R: Random>(world: &W, random: &R, ray: &Ray, vertex: u32) -> Option<Hit> {
+    let mut hit = world.tree().closest(ray, None, f64::INFINITY)?;
+    if world.has_alpha() {
+        while !is_present(world, random, ray, &hit, vertex, RayKind::Closest) {
+            hit = world.tree().closest(ray, Some(&hit), f64::INFINITY)?;
+        }
+    }
+    Some(hit)
+}
+
+fn is_blocked<W: World, R: Random>(world: &W, random: &R, ray: &Ray, distance: f64, vertex: u32) -> bool {
+    world
+        .tree()
+        .any(ray, distance, |hit| !world.has_alpha() || is_present(world, random, ray, hit, vertex, RayKind::Shadow))
+}
+
+fn is_present<W: World, R: Random>(world: &W, random: &R, ray: &Ray, hit: &Hit, vertex: u32, kind: RayKind) -> bool {
+    let presence = world.presence(ray, hit);
+    presence >= 1.0 || random.is_present(vertex, kind, hit, presence)
+}

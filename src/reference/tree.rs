@@ -1,0 +1,358 @@
+//! The oracle's intersection: a binary tree in f64, split at the median of centroids.
+//!
+//! Triangles by signed volumes (Pluecker coordinates; Davidovic, Hachisuka and Slusallek 2012): the edge functions of two
+//! triangles that share an edge are exactly opposite in IEEE arithmetic, so rays do not slip between them. Spheres by the
+//! quadratic whose discriminant is taken from the distance of the centre to the ray (Haines et al., Ray Tracing Gems 2019,
+//! ch. 7). No epsilon: a ray names the primitive it leaves. A plane cannot be hit again from itself; a sphere can be hit
+//! only on its far side, and only when the ray goes inside. Boxes are widened as in Ize 2013. Tests below: brute force.
+
+use glam::DVec3;
+
+use crate::prepare::records::NONE;
+
+/// Half-line. Primitives are named by number.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    pub origin: DVec3,
+    /// Unit length.
+    pub direction: DVec3,
+    /// The primitive `origin` lies on, or NONE.
+    pub leaves: u32,
+    /// A primitive the ray passes through unseen (the light that a shadow ray aims at), or NONE.
+    pub ignores: u32,
+}
+
+impl Ray {
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.origin + t * self.direction
+    }
+}
+
+/// Where a ray meets a primitive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    pub t: f64,
+    pub primitive: u32,
+    /// Triangle: weights of vertices 1 and 2. Sphere: 0.
+    pub barycentric: [f64; 2],
+}
+
+#[derive(Clone, Copy, Debug)]
+pub enum Shape {
+    Triangle([DVec3; 3]),
+    Sphere { center: DVec3, radius: f64 },
+}
+
+impl Shape {
+    fn bounds(&self) -> Bounds {
+        match self {
+            Self::Triangle(v) => Bounds { min: v[0].min(v[1]).min(v[2]), max: v[0].max(v[1]).max(v[2]) },
+            Self::Sphere { center, radius } => Bounds { min: center - *radius, max: center + *radius },
+        }
+    }
+
+    /// Barycentric weights and distance. `t` may have any sign; the caller compares.
+    fn intersect(&self, ray: &Ray, leaves: bool) -> [Option<(f64, [f64; 2])>; 2] {
+        match self {
+            Self::Triangle(_) if leaves => [None, None],
+            Self::Triangle(v) => [triangle(v, ray), None],
+            Self::Sphere { center, radius } => {
+                let [near, far] = sphere(*center, *radius, ray, leaves);
+                [near.map(|t| (t, [0.0; 2])), far.map(|t| (t, [0.0; 2]))]
+            }
+        }
+    }
+}
+
+fn triangle(v: &[DVec3; 3], ray: &Ray) -> Option<(f64, [f64; 2])> {
+    let [a, b, c] = v.map(|p| p - ray.origin);
+    let d = ray.direction;
+    let weight_a = d.dot(c.cross(b));
+    let weight_b = d.dot(a.cross(c));
+    let weight_c = d.dot(b.cross(a));
+    let is_inside = (weight_a >= 0.0 && weight_b >= 0.0 && weight_c >= 0.0)
+        || (weight_a <= 0.0 && weight_b <= 0.0 && weight_c <= 0.0);
+    let sum = weight_a + weight_b + weight_c;
+    if !is_inside || sum == 0.0 {
+        return None;
+    }
+    // Distance from the plane, with the normal from edges: the volumes lose digits for small far triangles.
+    let normal = (b - a).cross(c - a);
+    let slope = normal.dot(d);
+    (slope != 0.0).then(|| (normal.dot(a) / slope, [weight_b / sum, weight_c / sum]))
+}
+
+fn sphere(center: DVec3, radius: f64, ray: &Ray, leaves: bool) -> [Option<f64>; 2] {
+    let to_center = center - ray.origin;
+    let along = to_center.dot(ray.direction);
+    if leaves {
+        // The other root of a ray that starts on the sphere; going outward there is none.
+        return [None, (along > 0.0).then_some(2.0 * along)];
+    }
+    let across = to_center - along * ray.direction;
+    let discriminant = radius * radius - across.length_squared();
+    if discriminant < 0.0 {
+        return [None, None];
+    }
+    let half = discriminant.sqrt();
+    [Some(along - half), Some(along + half)]
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    min: DVec3,
+    max: DVec3,
+}
+
+impl Bounds {
+    const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+
+    fn union(self, o: Self) -> Self {
+        Self { min: self.min.min(o.min), max: self.max.max(o.max) }
+    }
+    fn center(&self) -> DVec3 {
+        0.5 * self.min + 0.5 * self.max
+    }
+    /// Distance at which the ray enters, or infinity when it misses or enters past `t_max`.
+    fn entry(&self, origin: DVec3, inverse: DVec3, t_max: f64) -> f64 {
+        let a = (self.min - origin) * inverse;
+        let b = (self.max - origin) * inverse;
+        // `f64::min` and `max` drop a NaN (0 * infinity: the ray lies in a face), which leaves that slab open.
+        let near = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z)).max(0.0);
+        let far = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z)) * (1.0 + 4.0 * f64::EPSILON);
+        if near <= far && near <= t_max { near } else { f64::INFINITY }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    bounds: Bounds,
+    /// Inner: index of the second child (the first follows the node). Leaf: first shape.
+    at: u32,
+    /// 0 for inner nodes.
+    count: u32,
+}
+
+const LEAF_SIZE: usize = 3;
+
+/// Closest-hit and any-hit queries over numbered shapes.
+#[derive(Clone, Debug, Default)]
+pub struct Tree {
+    nodes: Vec<Node>,
+    /// In leaf order, with their numbers.
+    shapes: Vec<(u32, Shape)>,
+}
+
+impl Tree {
+    /// Shapes whose bounds are not finite are left out.
+    pub fn build(shapes: Vec<(u32, Shape)>) -> Self {
+        let mut items: Vec<(u32, Shape, Bounds)> = shapes
+            .into_iter()
+            .map(|(number, shape)| (number, shape, shape.bounds()))
+            .filter(|(_, _, b)| b.min.is_finite() && b.max.is_finite())
+            .collect();
+        if items.is_empty() {
+            return Self::default();
+        }
+        let nodes = build(&mut items, 0);
+        Self { nodes, shapes: items.into_iter().map(|(number, shape, _)| (number, shape)).collect() }
+    }
+
+    /// First hit with 0 < t <= t_max in the order (t, primitive), past `after` in that order.
+    pub fn closest(&self, ray: &Ray, after: Option<&Hit>, t_max: f64) -> Option<Hit> {
+        let mut best: Option<Hit> = None;
+        self.visit(ray, t_max, |hit| {
+            let is_later = after.is_none_or(|a| (hit.t, hit.primitive) > (a.t, a.primitive));
+            let is_better = best.is_none_or(|b| (hit.t, hit.primitive) < (b.t, b.primitive));
+            if is_later && is_better {
+                best = Some(hit);
+            }
+            best.map_or(t_max, |b| b.t)
+        });
+        best
+    }
+
+    /// True when some hit with 0 < t < t_max satisfies `blocks`.
+    pub fn any(&self, ray: &Ray, t_max: f64, mut blocks: impl FnMut(&Hit) -> bool) -> bool {
+        let mut is_blocked = false;
+        self.visit(ray, t_max, |hit| {
+            is_blocked = is_blocked || (hit.t < t_max && blocks(&hit));
+            if is_blocked { -1.0 } else { t_max }
+        });
+        is_blocked
+    }
+
+    /// Calls `found` with hits in 0 < t <= limit, in no order; it returns the new limit, negative to stop.
+    fn visit(&self, ray: &Ray, mut t_max: f64, mut found: impl FnMut(Hit) -> f64) {
+        let Some(root) = self.nodes.first() else { return };
+        let inverse = ray.direction.recip();
+        let mut stack = [(0u32, 0.0f64); 64];
+        let mut depth = 0;
+        let entry = root.bounds.entry(ray.origin, inverse, t_max);
+        if entry == f64::INFINITY {
+            return;
+        }
+        let mut next = Some((0u32, entry));
+        while let Some((index, entry)) = next.take().or_else(|| {
+            depth = usize::checked_sub(depth, 1)?;
+            Some(stack[depth])
+        }) {
+            if entry > t_max {
+                if depth == 0 {
+                    return;
+                }
+                continue;
+            }
+            let node = &self.nodes[index as usize];
+            if node.count == 0 {
+                let children = [index + 1, node.at];
+                let entries = children.map(|c| self.nodes[c as usize].bounds.entry(ray.origin, inverse, t_max));
+                let (near, far) = if entries[0] <= entries[1] { (0, 1) } else { (1, 0) };
+                if entries[far] < f64::INFINITY {
+                    stack[depth] = (children[far], entries[far]);
+                    depth += 1;
+                }
+                if entries[near] < f64::INFINITY {
+                    next = Some((children[near], entries[near]));
+                }
+                continue;
+            }
+            for (number, shape) in &self.shapes[node.at as usize..(node.at + node.count) as usize] {
+                if *number == ray.ignores {
+                    continue;
+                }
+                for (t, barycentric) in shape.intersect(ray, *number == ray.leaves).into_iter().flatten() {
+                    if t > 0.0 && t <= t_max {
+                        t_max = found(Hit { t, primitive: *number, barycentric });
+                        if t_max < 0.0 {
+                            return;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Nodes of `items` in depth-first order; `first` is the place of `items[0]` among all shapes.
+fn build(items: &mut [(u32, Shape, Bounds)], first: usize) -> Vec<Node> {
+    let bounds = items.iter().fold(Bounds::EMPTY, |b, i| b.union(i.2));
+    let leaf = Node { bounds, at: first as u32, count: items.len() as u32 };
+    if items.len() <= LEAF_SIZE {
+        return vec![leaf];
+    }
+    let centers = items.iter().fold(Bounds::EMPTY, |b, i| {
+        let c = i.2.center();
+        b.union(Bounds { min: c, max: c })
+    });
+    let extent = centers.max - centers.min;
+    let axis = extent.max_position();
+    let middle = items.len() / 2;
+    items.select_nth_unstable_by(middle, |a, b| a.2.center()[axis].total_cmp(&b.2.center()[axis]).then(a.0.cmp(&b.0)));
+    let (left, right) = items.split_at_mut(middle);
+    let (left, right) = if left.len() > 4096 {
+        rayon::join(|| build(left, first), || build(right, first + middle))
+    } else {
+        (build(left, first), build(right, first + middle))
+    };
+    let mut nodes = Vec::with_capacity(1 + left.len() + right.len());
+    let second = 1 + left.len() as u32;
+    nodes.push(Node { bounds, at: second, count: 0 });
+    // Children were numbered from their own roots.
+    let shift = |by: u32| move |n: Node| if n.count == 0 { Node { at: n.at + by, ..n } } else { n };
+    nodes.extend(left.into_iter().map(shift(1)));
+    nodes.extend(right.into_iter().map(shift(second)));
+    nodes
+}
+
+/// Ray from the origin of nothing in particular: no primitive left, none ignored.
+pub fn free_ray(origin: DVec3, direction: DVec3) -> Ray {
+    Ray { origin, direction, leaves: NONE, ignores: NONE }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers in [-1, 1) from a counter (splitmix64), enough for test geometry.
+    fn noise(counter: &mut u64) -> f64 {
+        *counter = counter.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = *counter;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    fn vector(counter: &mut u64) -> DVec3 {
+        DVec3::new(noise(counter), noise(counter), noise(counter))
+    }
+
+    #[test]
+    fn closest_and_any_agree_with_brute_force() {
+        let mut c = 1;
+        let shapes: Vec<(u32, Shape)> = (0..500)
+            .map(|i| {
+                let center = vector(&mut c);
+                let shape = if i % 5 == 0 {
+                    Shape::Sphere { center, radius: 0.05 + 0.05 * noise(&mut c).abs() }
+                } else {
+                    Shape::Triangle([0; 3].map(|_| center + 0.2 * vector(&mut c)))
+                };
+                (i, shape)
+            })
+            .collect();
+        let tree = Tree::build(shapes.clone());
+        for i in 0..2000 {
+            let mut ray = free_ray(2.0 * vector(&mut c), vector(&mut c).normalize());
+            ray.ignores = i % 500;
+            let mut all: Vec<Hit> = Vec::new();
+            for (number, shape) in &shapes {
+                let hits = shape.intersect(&ray, false).into_iter().flatten();
+                all.extend(hits.filter(|h| h.0 > 0.0 && *number != ray.ignores).map(|(t, b)| Hit {
+                    t,
+                    primitive: *number,
+                    barycentric: b,
+                }));
+            }
+            all.sort_by(|a, b| (a.t, a.primitive).partial_cmp(&(b.t, b.primitive)).unwrap());
+            let mut last = None;
+            for expected in &all {
+                let found = tree.closest(&ray, last.as_ref(), f64::INFINITY);
+                assert_eq!(found, Some(*expected), "ray {i}");
+                last = found;
+            }
+            assert_eq!(tree.closest(&ray, last.as_ref(), f64::INFINITY), None, "ray {i}");
+            let t = all.first().map_or(1.0, |h| h.t);
+            assert!(!tree.any(&ray, t, |_| true));
+            assert_eq!(tree.any(&ray, f64::INFINITY, |_| true), !all.is_empty());
+        }
+    }
+
+    #[test]
+    fn rays_through_shared_edges_are_caught() {
+        // A fan around the origin of the plane; rays aim exactly at points of the shared edges.
+        let rim = |i: u32| {
+            let (s, c) = (std::f64::consts::TAU * f64::from(i) / 7.0).sin_cos();
+            DVec3::new(c, s, 0.1 * c)
+        };
+        let fan = (0..7).map(|i| (i, Shape::Triangle([DVec3::ZERO, rim(i), rim((i + 1) % 7)]))).collect();
+        let tree = Tree::build(fan);
+        let mut c = 5;
+        for i in 0..70_000u32 {
+            let origin = vector(&mut c) + DVec3::Z * 3.0;
+            let target = rim(i % 7) * (0.999 * noise(&mut c).abs());
+            let ray = free_ray(origin, (target - origin).normalize());
+            assert!(tree.closest(&ray, None, f64::INFINITY).is_some(), "ray {i} from {origin} to {target}");
+        }
+    }
+
+    #[test]
+    fn a_ray_leaving_a_sphere_meets_its_far_side_only() {
+        let tree = Tree::build(vec![(7, Shape::Sphere { center: DVec3::ZERO, radius: 1e-3 })]);
+        let origin = DVec3::X * 1e-3;
+        let inward = Ray { leaves: 7, ..free_ray(origin, DVec3::NEG_X) };
+        assert_eq!(tree.closest(&inward, None, f64::INFINITY).map(|h| h.t), Some(2e-3));
+        let outward = Ray { leaves: 7, ..free_ray(origin, DVec3::new(1e-9, 1.0, 0.0).normalize()) };
+        assert_eq!(tree.closest(&outward, None, f64::INFINITY), None);
+    }
+}
