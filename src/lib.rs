@@ -12,6 +12,7 @@ pub mod metric;
 pub mod output;
 pub mod prepare;
 pub mod reference;
+pub mod render;
 pub mod sampler;
 pub mod scene;
 pub mod shader;

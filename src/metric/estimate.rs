@@ -69,14 +69,20 @@ fn pixel_terms(film: &Film, epsilon: f64) -> Vec<f64> {
     (0..film.pixel_count()).into_par_iter().map(term).collect()
 }
 
-/// Mean of the terms and its interval. A pixel's channels move together, so a term counts as one value.
+/// Mean of the terms and its interval. A pixel's channels move together, so a term counts as one value. The degrees of
+/// freedom are those of the blocks times the number of pixels that carry the sum, (sum e)^2 / sum e^2.
 fn with_interval(terms: &[f64], n: f64) -> Estimate {
     let count = terms.len() as f64;
-    let value = terms.iter().sum::<f64>() / count;
+    let total: f64 = terms.iter().sum();
     let squares: f64 = terms.iter().map(|e| e * e).sum();
+    let value = total / count;
+    if total <= 0.0 {
+        return Estimate { value, low: 0.0, high: value };
+    }
     // E[e_hat^2] = e^2 (1 + 2/(n-1)) overstates e^2; divided out.
     let e_squared = squares / (1.0 + 2.0 / (n - 1.0));
     let standard_error = (e_squared * (2.0 + 2.0 / (n - 1.0))).sqrt() / count;
-    let half_width = student_t_quantile(0.975, n - 1.0) * standard_error;
+    let dof = (n - 1.0) * total * total / squares;
+    let half_width = student_t_quantile(0.975, dof) * standard_error;
     Estimate { value, low: (value - half_width).max(0.0), high: value + half_width }
 }

@@ -1,0 +1,178 @@
+//! The progressive loop over a `SampleSource`: passes of whole blocks until a stop, with an error estimate on the way.
+//!
+//! A pass is sized to a time budget: half a second at first (so that progress and Ctrl-C are prompt), a tenth of the time
+//! traced so far later (so that the host's share stays small), at most 4 s. `--spp` is exact; `--time` counts from process
+//! start and no pass is begun that would overrun it by the rate measured, but at least one block is always rendered. On an
+//! interrupt the source stops after whole blocks, and what is there is kept.
+
+use std::time::Instant;
+
+use crate::error::Error;
+use crate::film::Film;
+use crate::film::slot::BLOCK_SAMPLES;
+use crate::film::source::SampleSource;
+use crate::metric::estimate::{self, FilmError};
+
+/// Seconds of a pass: at first, as a share of the time so far, and at most.
+const FIRST_BUDGET_S: f64 = 0.5;
+const BUDGET_SHARE: f64 = 0.1;
+const LAST_BUDGET_S: f64 = 4.0;
+/// The error is estimated again when this much more time has passed since it was last: it costs a walk over the film.
+const ESTIMATE_GROWTH: f64 = 1.3;
+
+/// When to stop: whichever comes first.
+#[derive(Clone, Copy, Debug)]
+pub struct Stops {
+    /// Blocks of 16 samples a pixel.
+    pub blocks: Option<u64>,
+    /// Seconds since `started`.
+    pub time_s: Option<f64>,
+    /// Start of the process, as far as known.
+    pub started: Instant,
+}
+
+/// Whole blocks that hold at least `spp` samples.
+pub fn blocks_for(spp: u64) -> u64 {
+    spp.div_ceil(BLOCK_SAMPLES as u64).max(1)
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StoppedBy {
+    Spp,
+    Time,
+    Interrupt,
+}
+
+impl StoppedBy {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Spp => "spp",
+            Self::Time => "time",
+            Self::Interrupt => "interrupt",
+        }
+    }
+}
+
+/// What is known between two passes.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    pub blocks_done: u64,
+    pub blocks_wanted: Option<u64>,
+    /// Since `Stops::started`.
+    pub elapsed_s: f64,
+    pub time_wanted_s: Option<f64>,
+    /// The latest estimate; it may be a few passes old.
+    pub error: Option<FilmError>,
+}
+
+impl Progress {
+    /// Share of the work done, by the stop that is nearest.
+    pub fn fraction(&self) -> f64 {
+        let by_blocks = self.blocks_wanted.map_or(0.0, |w| self.blocks_done as f64 / w as f64);
+        let by_time = self.time_wanted_s.map_or(0.0, |w| self.elapsed_s / w);
+        by_blocks.max(by_time).clamp(0.0, 1.0)
+    }
+}
+
+/// A finished render.
+#[derive(Debug)]
+pub struct Outcome {
+    pub film: Film,
+    pub stopped_by: StoppedBy,
+    /// Seconds in the loop.
+    pub trace_s: f64,
+    pub rays: u64,
+    pub error: Option<FilmError>,
+}
+
+/// Renders until a stop. `interrupted` is polled between blocks; `observe` is called after each pass.
+pub fn render(
+    source: &mut dyn SampleSource,
+    stops: &Stops,
+    interrupted: &dyn Fn() -> bool,
+    observe: &mut dyn FnMut(&Progress),
+) -> Result<Outcome, Error> {
+    let (width, height) = source.resolution();
+    let mut film = Film::new(width, height, source.has_aov(), 0);
+    let begun = Instant::now();
+    let mut pace = Pace::default();
+    let mut next_estimate_s = 0.0;
+    let mut error = None;
+    let (mut done, mut rays) = (0u64, 0u64);
+    let stopped_by = loop {
+        if interrupted() {
+            break StoppedBy::Interrupt;
+        }
+        let left = stops.blocks.map_or(u64::MAX, |wanted| wanted.saturating_sub(done));
+        if left == 0 {
+            break StoppedBy::Spp;
+        }
+        let time_left_s = stops.time_s.map_or(f64::INFINITY, |t| t - stops.started.elapsed().as_secs_f64());
+        let affordable = pace.affordable(time_left_s);
+        if affordable == 0 {
+            break StoppedBy::Time;
+        }
+        let count = pace.pass_blocks(begun.elapsed().as_secs_f64()).min(left).min(affordable);
+        let pass_begun = Instant::now();
+        rays += source.render_blocks(done..done + count, &mut film, interrupted)?.rays;
+        pace.learn(count, pass_begun.elapsed().as_secs_f64());
+        // A source that was stopped may have left out blocks; the film knows what there is.
+        done = film.min_block_count() as u64;
+        let trace_s = begun.elapsed().as_secs_f64();
+        if trace_s >= next_estimate_s {
+            error = estimate::from_film(&film).or(error);
+            next_estimate_s = trace_s * ESTIMATE_GROWTH;
+        }
+        observe(&Progress {
+            blocks_done: done,
+            blocks_wanted: stops.blocks,
+            elapsed_s: stops.started.elapsed().as_secs_f64(),
+            time_wanted_s: stops.time_s,
+            error,
+        });
+    };
+    let trace_s = begun.elapsed().as_secs_f64();
+    let error = estimate::from_film(&film);
+    Ok(Outcome { film, stopped_by, trace_s, rays, error })
+}
+
+/// Seconds a block, as measured; the first pass holds the driver's compilation and only bounds it from above.
+#[derive(Default)]
+struct Pace {
+    passes: u32,
+    last_count: u64,
+    seconds_a_block: f64,
+}
+
+impl Pace {
+    fn learn(&mut self, count: u64, seconds: f64) {
+        let measured = seconds / count as f64;
+        // From the third pass on a running mean: one slow pass must not end a timed render early.
+        self.seconds_a_block = if self.passes < 2 { measured } else { 0.5 * (self.seconds_a_block + measured) };
+        self.last_count = count;
+        self.passes += 1;
+    }
+
+    /// Blocks for the next pass, at most twice the last.
+    fn pass_blocks(&self, trace_s: f64) -> u64 {
+        if self.passes == 0 {
+            return 1;
+        }
+        let budget_s = (BUDGET_SHARE * trace_s).clamp(FIRST_BUDGET_S, LAST_BUDGET_S);
+        ((budget_s / self.seconds_a_block) as u64).clamp(1, 2 * self.last_count)
+    }
+
+    /// Blocks that still fit into `time_left_s`; the first block always does.
+    fn affordable(&self, time_left_s: f64) -> u64 {
+        match self.passes {
+            0 => 1,
+            // The first pass compiled: try one more if any time is left at all and a warm block may be that short.
+            1 if time_left_s > 0.25 * self.seconds_a_block => ((time_left_s / self.seconds_a_block) as u64).max(1),
+            _ if time_left_s <= 0.0 => 0,
+            _ => (time_left_s / self.seconds_a_block) as u64,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,158 @@
+//! The loop and the error estimate on a source whose mean and variance are known.
+
+use std::cell::Cell;
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+use super::*;
+use crate::film::slot::SlotRecord;
+use crate::film::source::{DeviceInfo, PassStats};
+use crate::metric::error::compare;
+use crate::prepare::records::NONE;
+
+/// Every pixel has its own mean; samples are exponential (standard deviation = mean), summed in f64, stored as f32.
+/// The channels move together, as they do in a path tracer.
+struct Exponential {
+    size: (u32, u32),
+    seed: u64,
+    /// Sleep for each block.
+    block_s: f64,
+    calls: Vec<Range<u64>>,
+}
+
+impl Exponential {
+    fn new(size: (u32, u32), seed: u64) -> Self {
+        Self { size, seed, block_s: 0.0, calls: Vec::new() }
+    }
+    fn mean(pixel: usize) -> [f64; 3] {
+        [0.2 + (pixel % 7) as f64 * 0.3, 1.0, 0.05 * (1 + pixel % 3) as f64]
+    }
+    fn uniform(&self, pixel: usize, sample: u64) -> f64 {
+        let mut h = self.seed ^ (pixel as u64).wrapping_mul(0x9e3779b97f4a7c15);
+        for key in [sample, 77] {
+            h = (h ^ key.wrapping_add(0x632be59bd9b4e019)).wrapping_mul(0xbf58476d1ce4e5b9);
+            h = (h ^ (h >> 31)).wrapping_mul(0x94d049bb133111eb);
+            h ^= h >> 29;
+        }
+        ((h >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+}
+
+impl SampleSource for Exponential {
+    fn resolution(&self) -> (u32, u32) {
+        self.size
+    }
+    fn render_blocks(
+        &mut self,
+        blocks: Range<u64>,
+        film: &mut Film,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<PassStats, Error> {
+        self.calls.push(blocks.clone());
+        let mut rays = 0;
+        for block in blocks {
+            if stop() {
+                break;
+            }
+            std::thread::sleep(Duration::from_secs_f64(self.block_s));
+            for pixel in 0..film.pixel_count() {
+                let mut sum = [0.0; 3];
+                for sample in block * 16..block * 16 + 16 {
+                    let x = -self.uniform(pixel, sample).ln();
+                    (0..3).for_each(|c| sum[c] += Self::mean(pixel)[c] * x);
+                }
+                let slot = SlotRecord { sum: sum.map(|v| v as f32), rays: 16, first_bad: NONE, ..Default::default() };
+                film.add_block(pixel, block, &slot);
+                rays += 16;
+            }
+        }
+        Ok(PassStats { rays, device_time_s: 0.0 })
+    }
+    fn describe(&self) -> DeviceInfo {
+        DeviceInfo { kind: "cpu".into(), name: "exponential".into(), ..Default::default() }
+    }
+}
+
+fn stops(spp: Option<u64>, time_s: Option<f64>) -> Stops {
+    Stops { blocks: spp.map(blocks_for), time_s, started: Instant::now() }
+}
+
+fn never() -> bool {
+    false
+}
+
+#[test]
+fn spp_is_exact_in_blocks_and_passes_follow_each_other() {
+    let mut source = Exponential::new((3, 2), 1);
+    let outcome = render(&mut source, &stops(Some(1000), None), &never, &mut |_| {}).unwrap();
+    assert_eq!(outcome.stopped_by, StoppedBy::Spp);
+    assert_eq!(outcome.film.sample_count(), 6 * 1008, "1000 rounds up to 63 blocks");
+    assert_eq!(outcome.rays, outcome.film.ray_count());
+    assert!(source.calls.windows(2).all(|w| w[0].end == w[1].start) && source.calls[0] == (0..1));
+    assert_eq!(blocks_for(0), 1);
+}
+
+#[test]
+fn time_is_kept_without_overrun() {
+    let mut source = Exponential { block_s: 0.02, ..Exponential::new((2, 2), 1) };
+    let outcome = render(&mut source, &stops(None, Some(0.5)), &never, &mut |_| {}).unwrap();
+    assert_eq!(outcome.stopped_by, StoppedBy::Time);
+    // Two-core test machines stall now and then; a whole second late would be a fault of the loop.
+    assert!(outcome.trace_s > 0.2 && outcome.trace_s < 1.5, "{}", outcome.trace_s);
+    assert!(outcome.film.min_block_count() >= 2);
+    let late = Stops { time_s: Some(0.0), ..stops(None, None) };
+    assert_eq!(
+        render(&mut source, &late, &never, &mut |_| {}).unwrap().film.min_block_count(),
+        1,
+        "one block at least"
+    );
+}
+
+#[test]
+fn interrupt_keeps_what_is_there() {
+    let mut source = Exponential::new((2, 1), 1);
+    let polls = Cell::new(0);
+    let interrupted = || {
+        polls.set(polls.get() + 1);
+        polls.get() > 20
+    };
+    let outcome = render(&mut source, &stops(Some(1 << 20), None), &interrupted, &mut |_| {}).unwrap();
+    assert_eq!(outcome.stopped_by, StoppedBy::Interrupt);
+    let kept = outcome.film.min_block_count();
+    assert!((5..=20).contains(&kept), "{kept} blocks");
+    let mut again = Exponential::new((2, 1), 1);
+    let whole = render(&mut again, &stops(Some(kept as u64 * 16), None), &never, &mut |_| {}).unwrap();
+    assert_eq!(whole.film.mean_f32(), outcome.film.mean_f32(), "the blocks kept are those of a shorter render");
+}
+
+#[test]
+fn progress_moves_towards_the_nearest_stop() {
+    let mut fractions = Vec::new();
+    let mut source = Exponential::new((2, 1), 1);
+    render(&mut source, &stops(Some(4096), Some(1e6)), &never, &mut |p| fractions.push(p.fraction())).unwrap();
+    assert!(fractions.windows(2).all(|w| w[0] <= w[1]) && *fractions.last().unwrap() == 1.0, "{fractions:?}");
+}
+
+/// 95 % intervals on 200 seeds: how often the true relMSE of the image lies inside. Binomial(200, 0.95) is below 180 with
+/// probability 0.002; an interval a little too wide is not a fault.
+#[test]
+fn the_interval_covers_the_true_error() {
+    let size = (16, 12);
+    let reference: Vec<[f32; 3]> =
+        (0..size.0 * size.1).map(|i| Exponential::mean(i as usize).map(|v| v as f32)).collect();
+    for spp in [64, 256] {
+        let (mut covered, mut ratio) = (0, 0.0);
+        for seed in 0..200 {
+            let mut source = Exponential::new(size, seed * 7919 + 13);
+            let outcome = render(&mut source, &stops(Some(spp), None), &never, &mut |_| {}).unwrap();
+            let truth = compare(&outcome.film.mean_f32(), &reference).relmse;
+            let estimate = outcome.error.unwrap();
+            covered += (estimate.relmse.low <= truth && truth <= estimate.relmse.high) as i32;
+            ratio += estimate.relmse.value / truth / 200.0;
+            assert!(!estimate.is_heavy_tailed);
+        }
+        assert!(covered >= 180, "{spp} spp: {covered} of 200 covered, mean ratio {ratio:.3}");
+        assert!((ratio - 1.0).abs() < 0.1, "{spp} spp: estimate over truth {ratio:.3}");
+        println!("{spp} spp: {covered} of 200 intervals hold the true relMSE; estimate over truth {ratio:.3}");
+    }
+}
