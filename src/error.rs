@@ -27,6 +27,18 @@ pub enum Error {
     Usage(String),
 }
 
+impl From<crate::gpu::GpuError> for Error {
+    fn from(error: crate::gpu::GpuError) -> Self {
+        Self::Device(error.to_string())
+    }
+}
+
+impl From<crate::shader::compile::CompileError> for Error {
+    fn from(error: crate::shader::compile::CompileError) -> Self {
+        Self::Shader(error.to_string())
+    }
+}
+
 impl Error {
     pub fn io(action: &'static str, path: impl AsRef<Path>, source: std::io::Error) -> Self {
         Self::Io { action, path: path.as_ref().to_path_buf(), source }

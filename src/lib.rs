@@ -6,6 +6,7 @@ pub mod bsdf;
 pub mod bvh;
 pub mod error;
 pub mod film;
+pub mod gpu;
 pub mod integrator;
 pub mod math;
 pub mod metric;
