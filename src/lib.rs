@@ -8,6 +8,7 @@ pub mod error;
 pub mod film;
 pub mod gpu;
 pub mod integrator;
+pub mod light;
 pub mod math;
 pub mod metric;
 pub mod output;

@@ -2,6 +2,7 @@
 //!
 //! The world is rebased in f64 so that the camera stands at the origin; `Prepared::origin` is what was subtracted.
 
+pub mod lights;
 pub mod records;
 
 use glam::DVec3;

@@ -126,7 +126,7 @@ pub const TEXTURE_SRGB: u32 = 32;
 pub const TEXTURE_HALF: u32 = 64;
 
 gpu_record! {
-    /// One light. Triangles and spheres copy their geometry, so that sampling reads one record.
+    /// One light. Triangles and spheres copy their geometry, so that sampling reads one record. Front is counter-clockwise, outside.
     pub struct LightRecord {
         /// Triangle: vertex 0. Sphere: centre.
         a: [f32; 3],
@@ -150,7 +150,8 @@ pub const LIGHT_SPHERE: u32 = 1;
 pub const LIGHT_SKY: u32 = 2;
 
 gpu_record! {
-    /// Two entries of an alias table (Vose 1991). Entry i is kept when the fraction word < threshold, else its alias is taken.
+    /// Two entries of an alias table (light/alias.rs). An entry is kept when the fraction word < threshold, else its alias is
+    /// taken; a full entry is its own alias.
     pub struct AliasRecord {
         threshold0: u32,
         alias0: u32,
@@ -168,12 +169,13 @@ gpu_record! {
         /// cos and sin of the rotation about +y.
         rotation: [f32; 2],
         height: u32,
-        reserved: u32,
+        /// The sky's row of `lights`, or NONE.
+        light: u32,
     }
 }
 gpu_record! {
-    /// Linear radiance of a texel before `SkyRecord::scale`, and the probability of the cell for sampling.
-    pub struct SkyTexelRecord { radiance: [f32; 3], cell_pmf: f32 }
+    /// Linear radiance of a texel before `SkyRecord::scale`, and the sampling density of directions in its cell, 1/sr.
+    pub struct SkyTexelRecord { radiance: [f32; 3], cell_pdf: f32 }
 }
 gpu_record! {
     pub struct MediumRecord { absorption: [f32; 3], reserved: f32 }
