@@ -9,6 +9,7 @@
 pub mod independent;
 pub mod known;
 pub mod path;
+pub mod render;
 pub mod surface;
 pub mod tree;
 

@@ -47,6 +47,11 @@ pub struct LightSample {
 
 /// What the scene is, to the loop.
 pub trait World: Sync {
+    type Stream: Random;
+    /// Width and height of the image in pixels.
+    fn size(&self) -> [u32; 2];
+    /// The numbers of one sample of a pixel.
+    fn stream(&self, seed: u32, pixel: [u32; 2], sample: u64) -> Self::Stream;
     /// Unit direction through a film position in pixels, row 0 on top, and where it starts.
     fn camera_ray(&self, film: DVec2) -> (DVec3, DVec3);
     fn camera_medium(&self) -> u32;
@@ -62,10 +67,10 @@ pub trait World: Sync {
     fn sky_density(&self, direction: DVec3, estimator: Estimator) -> f64;
     /// Density with which `sample_light` from `ray.origin` finds the emission at `hit`, 1/sr.
     fn emitter_density(&self, ray: &Ray, hit: &Hit) -> f64;
-    fn sample_light<R: Random>(
+    fn sample_light(
         &self,
         point: DVec3,
-        random: &R,
+        random: &Self::Stream,
         vertex: u32,
         estimator: Estimator,
     ) -> Option<LightSample>;
@@ -123,13 +128,14 @@ fn transmittance(absorption: DVec3, distance: f64) -> DVec3 {
 }
 
 /// Traces one sample of `pixel`; `observe` sees every surface vertex in order.
-pub fn trace<W: World, R: Random>(
+pub fn trace<W: World>(
     world: &W,
     settings: &Settings,
-    random: &R,
     pixel: [u32; 2],
+    sample_index: u64,
     mut observe: impl FnMut(VertexTrace),
 ) -> Sample {
+    let random = &world.stream(settings.seed, pixel, sample_index);
     let jitter = DVec2::new(random.unit(0, sampler::PIXEL_X), random.unit(0, sampler::PIXEL_Y));
     let (origin, direction) = world.camera_ray(DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + jitter);
     let mut ray = Ray { origin, direction, leaves: NONE, ignores: NONE };
@@ -199,10 +205,15 @@ pub fn trace<W: World, R: Random>(
         let beyond = |wi: DVec3| {
             let front = surface.geometric_normal;
             let crosses = (wi.dot(front) < 0.0) != (wo_world.dot(front) < 0.0);
-            match (surface.transmits && surface.interior != NONE && crosses, wi.dot(front) < 0.0) {
-                (false, _) => medium,
-                (true, true) => surface.interior,
-                (true, false) => NONE,
+            match surface.boundary {
+                Some(interior) if crosses => {
+                    if wi.dot(front) < 0.0 {
+                        interior
+                    } else {
+                        NONE
+                    }
+                }
+                _ => medium,
             }
         };
         // 6. Next-event estimation.
@@ -271,7 +282,7 @@ pub fn trace<W: World, R: Random>(
 }
 
 /// First hit that is there. Candidates come in the order (t, primitive), each decided by its own hash.
-fn closest_present<W: World, R: Random>(world: &W, random: &R, ray: &Ray, vertex: u32) -> Option<Hit> {
+fn closest_present<W: World>(world: &W, random: &W::Stream, ray: &Ray, vertex: u32) -> Option<Hit> {
     let mut hit = world.tree().closest(ray, None, f64::INFINITY)?;
     if world.has_alpha() {
         while !is_present(world, random, ray, &hit, vertex, RayKind::Closest) {
@@ -281,13 +292,13 @@ fn closest_present<W: World, R: Random>(world: &W, random: &R, ray: &Ray, vertex
     Some(hit)
 }
 
-fn is_blocked<W: World, R: Random>(world: &W, random: &R, ray: &Ray, distance: f64, vertex: u32) -> bool {
+fn is_blocked<W: World>(world: &W, random: &W::Stream, ray: &Ray, distance: f64, vertex: u32) -> bool {
     world
         .tree()
         .any(ray, distance, |hit| !world.has_alpha() || is_present(world, random, ray, hit, vertex, RayKind::Shadow))
 }
 
-fn is_present<W: World, R: Random>(world: &W, random: &R, ray: &Ray, hit: &Hit, vertex: u32, kind: RayKind) -> bool {
+fn is_present<W: World>(world: &W, random: &W::Stream, ray: &Ray, hit: &Hit, vertex: u32, kind: RayKind) -> bool {
     let presence = world.presence(ray, hit);
     presence >= 1.0 || random.is_present(vertex, kind, hit, presence)
 }

@@ -10,13 +10,13 @@ mod value;
 
 use glam::{DVec2, DVec3};
 
-use super::path::{LightSample, Random, World};
+use super::path::{LightSample, World};
 use super::surface::Surface;
 use super::tree::{Hit, Ray, Shape, Tree, free_ray};
 use crate::bsdf::{InputKind, MODELS, Params};
 use crate::integrator::Estimator;
 use crate::prepare::records::NONE;
-use crate::scene::{self, Alpha, Material, Scene};
+use crate::scene::{self, Alpha, Material, Scene, Value};
 use light::Lights;
 pub use random::Stream;
 pub use value::Point;
@@ -82,10 +82,6 @@ impl<'a> Independent<'a> {
         world
     }
 
-    pub fn size(&self) -> [u32; 2] {
-        [self.scene.film.width, self.scene.film.height]
-    }
-
     fn material(&self, primitive: u32) -> &'a Material {
         let instance = self.primitives[primitive as usize].instance;
         &self.scene.materials[self.scene.instances[instance as usize].material]
@@ -100,9 +96,9 @@ impl<'a> Independent<'a> {
         let mut ray = free_ray(point, DVec3::new(0.3713, 0.8127, 0.4491).normalize());
         while let Some(hit) = self.tree.closest(&ray, None, f64::INFINITY) {
             let surface = self.surface(&ray, &hit);
-            if surface.transmits && surface.interior != NONE {
+            if let Some(interior) = surface.boundary {
                 let is_back = ray.direction.dot(surface.geometric_normal) > 0.0;
-                return if is_back { surface.interior } else { NONE };
+                return if is_back { interior } else { NONE };
             }
             ray = Ray { origin: ray.at(hit.t), leaves: hit.primitive, ..ray };
         }
@@ -171,11 +167,42 @@ impl<'a> Independent<'a> {
     }
 }
 
+/// The input of that name, if the model has one.
+fn input<'a>(material: &'a Material, name: &str) -> Option<&'a Value> {
+    let place = MODELS[material.bsdf].inputs.iter().position(|i| i.name == name)?;
+    material.inputs.get(place)
+}
+
+/// True unless the value is the constant 0.
+fn may_be_positive(value: &Value) -> bool {
+    !matches!(value, Value::Constant([x, ..]) if *x == 0.0)
+}
+
+/// Light can get through: models with a `transmission` input when that may be positive, else as the model says.
+fn transmits(material: &Material) -> bool {
+    input(material, "transmission").map_or(MODELS[material.bsdf].transmits, may_be_positive)
+}
+
+/// Both sides are in the same medium.
+fn is_thin(material: &Material) -> bool {
+    MODELS[material.bsdf].keyword.starts_with("thin") || input(material, "thin").is_some_and(may_be_positive)
+}
+
 fn rgb(v: [f64; 4]) -> DVec3 {
     DVec3::new(v[0], v[1], v[2])
 }
 
 impl World for Independent<'_> {
+    type Stream = Stream;
+
+    fn size(&self) -> [u32; 2] {
+        [self.scene.film.width, self.scene.film.height]
+    }
+
+    fn stream(&self, seed: u32, pixel: [u32; 2], sample: u64) -> Stream {
+        Stream::new(u64::from(seed), pixel, sample)
+    }
+
     fn camera_ray(&self, film: DVec2) -> (DVec3, DVec3) {
         let camera = &self.scene.camera;
         let size = DVec2::new(f64::from(self.scene.film.width), f64::from(self.scene.film.height));
@@ -221,6 +248,7 @@ impl World for Independent<'_> {
             DVec3::new(scale * n.x, scale * n.y, n.z)
         });
         let instance = self.primitives[hit.primitive as usize].instance;
+        let transmits = transmits(material);
         Surface {
             point: point.position,
             geometric_normal: point.geometric_normal,
@@ -228,12 +256,12 @@ impl World for Independent<'_> {
             tangent: point.tangent,
             normal_map,
             params: Params::from_inputs(material.bsdf, &inputs[..material.inputs.len()]),
-            transmits: MODELS[material.bsdf].transmits,
+            transmits,
             emission: self.emission(material, &point, ray.direction),
-            interior: match material.interior {
+            boundary: (transmits && !is_thin(material)).then(|| match material.interior {
                 Some(_) => self.scene.instances[instance as usize].material as u32,
                 None => NONE,
-            },
+            }),
         }
     }
 
@@ -254,7 +282,7 @@ impl World for Independent<'_> {
         self.lights.emitter_density(self, ray, hit)
     }
 
-    fn sample_light<R: Random>(&self, point: DVec3, random: &R, vertex: u32, _: Estimator) -> Option<LightSample> {
+    fn sample_light(&self, point: DVec3, random: &Stream, vertex: u32, _: Estimator) -> Option<LightSample> {
         self.lights.sample(self, point, random, vertex)
     }
 }

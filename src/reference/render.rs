@@ -1,0 +1,146 @@
+//! The oracle as a renderer: fills film slots on the host's cores with rayon. With the replay world it is `--device cpu`.
+//!
+//! A sample is summed in f64 inside its block and rounded once to the slot's f32. Bad samples are counted and replaced by 0,
+//! like the device's. Bands of image rows are the unit of work and of stopping.
+
+use std::ops::Range;
+use std::time::Instant;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::path::{World, trace};
+use crate::error::Error;
+use crate::film::slot::{self, AovSlotRecord, BLOCK_SAMPLES, SlotRecord};
+use crate::film::source::{DeviceInfo, PassStats, SampleSource};
+use crate::film::{Film, Tile};
+use crate::integrator::Settings;
+use crate::prepare::records::NONE;
+
+/// Samples a band is made of, about: a tenth of a second on two cores, so that stopping is prompt.
+const BAND_SAMPLES: usize = 1 << 15;
+
+/// A world with settings, ready to be sampled.
+pub struct Renderer<W> {
+    pub world: W,
+    pub settings: Settings,
+}
+
+impl<W: World> Renderer<W> {
+    pub fn new(world: W, settings: Settings) -> Self {
+        Self { world, settings }
+    }
+
+    /// The slot of one (pixel, block).
+    pub fn block(&self, pixel: [u32; 2], block: u64) -> (SlotRecord, AovSlotRecord) {
+        let mut slot = SlotRecord { first_bad: NONE, ..SlotRecord::default() };
+        let mut aov = AovSlotRecord::default();
+        let (mut sum, mut albedo, mut normal) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+        let (mut depth, mut lost) = (0.0, 0.0);
+        for k in 0..u64::from(BLOCK_SAMPLES) {
+            let index = block * u64::from(BLOCK_SAMPLES) + k;
+            let sample = trace(&self.world, &self.settings, pixel, index, |_| ());
+            slot.rays += sample.rays;
+            slot::LEDGER_DISAGREE.add(&mut slot, sample.disagreements);
+            slot::LEDGER_DEPTH.add(&mut slot, u32::from(sample.is_cut));
+            lost += sample.lost;
+            let cause = match sample.radiance {
+                r if r.is_nan() => Some(slot::LEDGER_NAN),
+                r if !r.is_finite() => Some(slot::LEDGER_INF),
+                r if r.min_element() < 0.0 => Some(slot::LEDGER_NEGATIVE),
+                _ => None,
+            };
+            match cause {
+                Some(counter) => {
+                    counter.add(&mut slot, 1);
+                    slot.first_bad = slot.first_bad.min(index as u32);
+                }
+                None => sum += sample.radiance,
+            }
+            if sample.first.depth > 0.0 {
+                albedo += sample.first.albedo;
+                normal += sample.first.normal;
+                depth += sample.first.depth;
+                aov.hits += 1;
+            }
+        }
+        slot.sum = sum.as_vec3().to_array();
+        slot.lost_energy = lost as f32;
+        aov.albedo = albedo.as_vec3().to_array();
+        aov.normal = normal.as_vec3().to_array();
+        aov.depth = depth as f32;
+        (slot, aov)
+    }
+
+    /// Rows of the slots of `tile`, in the film's order.
+    fn tile(&self, tile: Tile, blocks: Range<u64>) -> Vec<[u32; 4]> {
+        let pixels = tile.pixel_count();
+        let slots = pixels * (blocks.end - blocks.start) as usize;
+        let has_aov = self.settings.aovs;
+        let rows_of = |i: usize| {
+            let at = i % pixels;
+            let pixel = [tile.x + at as u32 % tile.width, tile.y + at as u32 / tile.width];
+            let (slot, aov) = self.block(pixel, blocks.start + (i / pixels) as u64);
+            let rows: [[u32; 4]; slot::SLOT_ROWS] = bytemuck::cast(slot);
+            let more: [[u32; 4]; slot::AOV_ROWS] = bytemuck::cast(aov);
+            rows.into_iter().chain(more).take(slot::rows(has_aov))
+        };
+        // Indexed, so that slots land in order whichever thread made them.
+        let parts: Vec<_> = (0..slots).into_par_iter().map(rows_of).collect();
+        parts.into_iter().flatten().collect()
+    }
+}
+
+impl<W: World> SampleSource for Renderer<W> {
+    fn resolution(&self) -> (u32, u32) {
+        let [width, height] = self.world.size();
+        (width, height)
+    }
+
+    fn has_aov(&self) -> bool {
+        self.settings.aovs
+    }
+
+    fn render_blocks(
+        &mut self,
+        blocks: Range<u64>,
+        film: &mut Film,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<PassStats, Error> {
+        let start = Instant::now();
+        let (width, height) = self.resolution();
+        let samples_a_row = width as usize * BLOCK_SAMPLES as usize;
+        let mut stats = PassStats::default();
+        for block in blocks {
+            let rows = (BAND_SAMPLES / samples_a_row).clamp(1, height as usize) as u32;
+            for y in (0..height).step_by(rows as usize) {
+                if stop() {
+                    stats.device_time_s = start.elapsed().as_secs_f64();
+                    return Ok(stats);
+                }
+                let tile = Tile { x: 0, y, width, height: rows.min(height - y) };
+                stats.rays += film.add_tile(tile, block..block + 1, &self.tile(tile, block..block + 1));
+            }
+        }
+        stats.device_time_s = start.elapsed().as_secs_f64();
+        Ok(stats)
+    }
+
+    fn describe(&self) -> DeviceInfo {
+        DeviceInfo {
+            kind: "cpu".to_owned(),
+            name: format!("CPU reference, f64, {} threads", rayon::current_num_threads()),
+            driver: format!("steradian {}", env!("CARGO_PKG_VERSION")),
+            ..DeviceInfo::default()
+        }
+    }
+}
+
+/// Renders `block_count` blocks of every pixel.
+pub fn film<W: World>(world: W, settings: Settings, block_count: u64) -> Film {
+    let mut renderer = Renderer::new(world, settings);
+    let (width, height) = renderer.resolution();
+    let mut film = Film::new(width, height, settings.aovs, 0);
+    renderer.render_blocks(0..block_count, &mut film, &|| false).expect("the CPU needs nothing that could be missing");
+    film
+}
