@@ -18,3 +18,4 @@ pub mod render;
 pub mod sampler;
 pub mod scene;
 pub mod shader;
+pub mod texture;

@@ -1,4 +1,4 @@
-// Integer hashes on 32-bit words; Rust twin src/sampler/hash.rs, equal bit for bit (gate 2).
+// Integer hashes on 32-bit words; Rust twins src/sampler/{hash,mod}.rs, equal bit for bit (gate 2).
 
 // PCG output function RXS-M-XS over one LCG step (O'Neill 2014; as a hash: Jarzynski and Olano 2020, "pcg"). A bijection.
 uint pcg(uint v) {
@@ -33,4 +33,14 @@ uvec4 pcg4d(uvec4 v) {
 uint hash_combine(uint h, uint v) {
     // The outer round is mix32: two rounds of pcg flip bit 10 in 41 % of cases only.
     return mix32(h ^ pcg(v + 0x9e3779b9u));
+}
+
+// Which sample of which pixel.
+struct SampleId {
+    uint pixel_seed;  // different pixels of one seed never share it
+    uint index;
+};
+
+SampleId sample_id(uint pixel_index, uint sample_index, uint seed) {
+    return SampleId(hash_combine(pcg(seed), pixel_index), sample_index);
 }

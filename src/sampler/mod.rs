@@ -7,28 +7,10 @@ pub mod hash;
 pub mod independent;
 pub mod sobol;
 
-/// A sampler by number; its GLSL is shaders/sampler/common.glsl and `shaders/sampler/<keyword>.glsl`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Sampler {
-    #[default]
-    Sobol,
-    Independent,
-}
+use crate::integrator::SamplerKind;
 
-impl Sampler {
-    pub const ALL: [Sampler; 2] = [Sampler::Sobol, Sampler::Independent];
-
-    /// Keyword on the command line, stem of both files.
-    pub fn keyword(self) -> &'static str {
-        match self {
-            Self::Sobol => "sobol",
-            Self::Independent => "independent",
-        }
-    }
-
-    pub fn by_keyword(keyword: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|s| s.keyword() == keyword)
-    }
+impl SamplerKind {
+    pub const ALL: [Self; 2] = [Self::Sobol, Self::Independent];
 
     /// 32 uniform bits for `purpose` at path vertex `vertex`.
     pub fn sample_u32(self, id: SampleId, vertex: u32, purpose: Purpose) -> u32 {
@@ -39,7 +21,7 @@ impl Sampler {
     }
 }
 
-/// Which sample of which pixel; GLSL has the same struct (shaders/sampler/common.glsl).
+/// Which sample of which pixel; GLSL has the same struct (shaders/core/random.glsl).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SampleId {
     /// Hash of pixel and seed; different pixels of one seed never share it.
@@ -136,7 +118,7 @@ mod tests {
 
     #[test]
     fn words_are_uniform_over_samples_and_over_pixels() {
-        for sampler in Sampler::ALL {
+        for sampler in SamplerKind::ALL {
             for &p in DIMENSIONS {
                 let over_samples = (0..COUNT).map(|i| sampler.sample_u32(SampleId::new(5, i, 0), 2, p));
                 let over_pixels = (0..COUNT).map(|i| sampler.sample_u32(SampleId::new(i, 3, 0), 2, p));
@@ -144,7 +126,7 @@ mod tests {
                 for (what, chi) in
                     [("samples", chi2(over_samples)), ("pixels", chi2(over_pixels)), ("vertices", chi2(over_vertices))]
                 {
-                    assert!(chi < 391.0, "{} {} over {what}: {chi}", sampler.keyword(), p.name);
+                    assert!(chi < 391.0, "{} {} over {what}: {chi}", format!("{sampler:?}"), p.name);
                 }
             }
         }
@@ -154,7 +136,7 @@ mod tests {
     #[test]
     fn sequences_are_uncorrelated() {
         let p = |set, dim| Purpose { name: "", set, dim };
-        for sampler in Sampler::ALL {
+        for sampler in SamplerKind::ALL {
             let sequence = |pixel, seed, vertex, purpose| -> Vec<f64> {
                 (0..COUNT).map(|i| u01(sampler.sample_u32(SampleId::new(pixel, i, seed), vertex, purpose))).collect()
             };
@@ -170,7 +152,7 @@ mod tests {
             ];
             for (what, other) in others {
                 let r = correlation(&base, &other);
-                assert!(r.abs() < 6.0 / f64::from(COUNT).sqrt(), "{} {what}: r = {r}", sampler.keyword());
+                assert!(r.abs() < 6.0 / f64::from(COUNT).sqrt(), "{} {what}: r = {r}", format!("{sampler:?}"));
             }
         }
     }
@@ -186,7 +168,7 @@ mod tests {
 
     #[test]
     fn the_last_indices_work() {
-        for sampler in Sampler::ALL {
+        for sampler in SamplerKind::ALL {
             let last = sampler.sample_u32(SampleId::new(u32::MAX, u32::MAX, u32::MAX), u32::MAX, ROULETTE);
             let before = sampler.sample_u32(SampleId::new(u32::MAX, u32::MAX - 1, u32::MAX), u32::MAX, ROULETTE);
             assert_ne!(last, before);
