@@ -13,3 +13,14 @@ struct BsdfSample {
 BsdfSample bsdf_sample_none() {
     return BsdfSample(vec3(0.0, 0.0, 1.0), Spectrum(0.0), 0.0, 0u, 1.0);
 }
+
+// f |cos wi| and the density of sampling it, for models that find both at once.
+struct BsdfValue {
+    Spectrum value;
+    float pdf;
+};
+
+// Whether a choice of probability p is taken by 32 random bits.
+bool bsdf_is_chosen(uint bits, float p) {
+    return p >= 1.0 || bits < probability_threshold(p);
+}

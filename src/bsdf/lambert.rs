@@ -18,8 +18,10 @@ pub const MODEL: Model = Model {
         doc: "fraction of light reflected, linear RGB",
     }],
     transmits: false,
+    transmission_input: None,
     tables: &[],
     macros: &[],
+    shared: &[],
     doc: "light scattered equally in all directions",
 };
 

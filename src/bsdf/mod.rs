@@ -5,6 +5,10 @@
 //! The agreement of shading and geometric sides is checked by the caller, in one place, not by the models.
 //! Here the maths are f64 and written from the papers; GLSL is written on its own and gate 3 compares the two.
 
+mod fresnel;
+mod ggx;
+pub mod ggx_albedo;
+
 use glam::DVec3;
 
 /// The direction came from a delta lobe: `pdf` is then a probability, and `eval`, `pdf()` do not see it.
@@ -64,13 +68,54 @@ pub struct Model {
     /// GLSL struct name; `<keyword>_params(inputs...)` returns it.
     pub glsl_type: &'static str,
     pub inputs: &'static [Input],
-    /// Lets light through: the surface is not flipped towards the viewer, and the shading frame keeps the outside.
+    /// Can let light through: the surface is not flipped towards the viewer, and the shading frame keeps the outside.
     pub transmits: bool,
-    /// Names of the constant tables it reads ("ggx_albedo", ...).
+    /// Lets light through only where this input is not 0; ask `transmits_when`.
+    pub transmission_input: Option<&'static str>,
+    /// Names of the constant tables it may read ("ggx_albedo", ...; `table_rows` makes them).
     pub tables: &'static [&'static str],
     /// (GLSL macro, input): the macro is 1 when some material of the scene may have this input different from 0.
     pub macros: &'static [(&'static str, &'static str)],
+    /// GLSL files that stand before the model's own, each once in a text.
+    pub shared: &'static [Shared],
     pub doc: &'static str,
+}
+
+/// A GLSL file of functions that several models call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shared {
+    /// Path under shaders/.
+    pub file: &'static str,
+    /// Constant table it reads.
+    pub table: Option<&'static str>,
+    /// Needed only where this macro is 1.
+    pub only_with: Option<&'static str>,
+}
+
+const fn shared(file: &'static str) -> Shared {
+    Shared { file, table: None, only_with: None }
+}
+
+impl Model {
+    /// Whether a material lets light through; `can_be_nonzero(input)` is false for inputs that are the constant 0.
+    pub fn transmits_when(&self, can_be_nonzero: impl Fn(&str) -> bool) -> bool {
+        self.transmits && self.transmission_input.is_none_or(can_be_nonzero)
+    }
+
+    /// The shared files a text needs whose macros are `is_on`, and through them the tables.
+    pub fn shared_with(&self, is_on: impl Fn(&str) -> bool) -> impl Iterator<Item = &'static Shared> {
+        self.shared.iter().filter(move |s| s.only_with.is_none_or(&is_on))
+    }
+}
+
+/// Rows of a table named in `Model::tables`.
+pub fn table_rows(name: &str) -> Option<Vec<[f32; 4]>> {
+    (name == "ggx_albedo").then(|| ggx_albedo::device_rows().to_vec())
+}
+
+/// Whether a choice of probability `p` is taken by 32 random bits: the same integer threshold as in GLSL.
+pub(crate) fn is_chosen(bits: u32, p: f64) -> bool {
+    p >= 1.0 || u64::from(bits) < (p * 4294967296.0) as u64
 }
 
 /// Declares the modules, `MODELS` (a model's number is its place here), and `Params`, the f64 sum of all models.
@@ -101,4 +146,61 @@ macro_rules! bsdf_list {
 
 bsdf_list! {
     lambert Lambert,
+    conductor Conductor,
+    dielectric Dielectric,
+    thin_dielectric ThinDielectric,
+    gltf Gltf,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(path: &str) -> String {
+        std::fs::read_to_string(format!("{}/shaders/{path}", env!("CARGO_MANIFEST_DIR"))).unwrap()
+    }
+
+    /// One kernel that calls all functions of a model, for every combination of its macros.
+    #[test]
+    fn every_model_compiles_with_every_combination_of_its_macros() {
+        let compiler = shaderc::Compiler::new().unwrap();
+        for model in MODELS {
+            for bits in 0..1 << model.macros.len() {
+                let is_on =
+                    |name: &str| model.macros.iter().position(|m| m.0 == name).is_some_and(|i| bits >> i & 1 == 1);
+                let mut source = String::from("#version 450\nlayout(local_size_x = 1) in;\n");
+                for (name, _) in model.macros {
+                    source += &format!("#define {name} {}\n", u32::from(is_on(name)));
+                }
+                source += "layout(binding = 0) uniform usamplerBuffer table;\n";
+                source += "layout(binding = 1) buffer Io { vec4 io[]; };\n";
+                source += "uvec4 ggx_albedo_row(uint i) { return texelFetch(table, int(i)); }\n";
+                for file in
+                    ["core/math.glsl", "core/trig.glsl", "core/frame.glsl", "core/warp.glsl", "bsdf/common.glsl"]
+                {
+                    source += &text(file);
+                }
+                for shared in model.shared_with(is_on) {
+                    source += &text(shared.file);
+                }
+                let (k, t) = (model.keyword, model.glsl_type);
+                source += &text(&format!("bsdf/{k}.glsl"));
+                let inputs = model.inputs.iter().enumerate().map(|(i, input)| match input.kind {
+                    InputKind::Color => format!("io[{i}].rgb"),
+                    InputKind::Scalar => format!("io[{i}].x"),
+                });
+                let inputs = inputs.collect::<Vec<_>>().join(", ");
+                source += &format!(
+                    "void main() {{ {t} b = {k}_params({inputs}); vec3 wo = io[10].xyz; \
+                     BsdfSample s = {k}_sample(b, wo, uint(io[10].w), io[11].xy); \
+                     io[12] = vec4(s.wi, s.pdf); io[13] = vec4(s.weight, s.eta_scale); \
+                     io[14] = vec4({k}_eval(b, wo, s.wi), {k}_pdf(b, wo, s.wi)); \
+                     io[15] = vec4({k}_albedo(b), {k}_is_delta(b) ? s.flags : 0u); }}"
+                );
+                let kind = shaderc::ShaderKind::Compute;
+                let spirv = compiler.compile_into_spirv(&source, kind, k, "main", None);
+                assert!(spirv.is_ok(), "{k} with macros {bits:b}: {}", spirv.err().unwrap());
+            }
+        }
+    }
 }

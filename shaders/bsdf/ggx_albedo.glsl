@@ -1,0 +1,42 @@
+// Lookup of the table "ggx_albedo": see src/bsdf/ggx_albedo.rs for what it holds and why in these coordinates.
+// Rows [j * 48 + i], j < 31: (A, q) at node i of alpha row j, and of row j + 1. Then 80 rows: averages over octaves of alpha.
+const uint GGX_ALBEDO_X = 48u;
+const uint GGX_ALBEDO_ALPHA = 32u;
+const uint GGX_ALBEDO_OCTAVES = 10u;
+const float GGX_ALBEDO_MIN_ROOT = 0.03162277660168379;
+
+// x: deficit A = 1 - E0 of single scattering with F = 1; y: albedo B with F = (1 - cos)^5.
+vec2 ggx_albedo_at(float mu, float alpha) {
+    float a = clamp(alpha, GGX_ALBEDO_MIN_ROOT * GGX_ALBEDO_MIN_ROOT, 1.0);
+    const float cells = float(GGX_ALBEDO_X - 1u);
+    float x = min(mu * (1.0 + a) / (mu + a), 1.0) * (cells * cells);
+    float y = max((sqrt(a) - GGX_ALBEDO_MIN_ROOT) * (float(GGX_ALBEDO_ALPHA - 1u) / (1.0 - GGX_ALBEDO_MIN_ROOT)), 0.0);
+    uint i = min(uint(sqrt(x)), GGX_ALBEDO_X - 2u);
+    uint j = min(uint(y), GGX_ALBEDO_ALPHA - 2u);
+    vec4 left = uintBitsToFloat(ggx_albedo_row(j * GGX_ALBEDO_X + i));
+    vec4 right = uintBitsToFloat(ggx_albedo_row(j * GGX_ALBEDO_X + i + 1u));
+    float fx = (x - float(i * i)) / float(2u * i + 1u);
+    vec4 v = mix(left, right, fx);
+    vec2 at = mix(v.xy, v.zw, y - float(j));
+    return vec2(at.x, (1.0 - at.x) * pow5(max(1.0 - at.y * (mu + a), 0.0)));
+}
+
+// Hemispherical averages of both. The exponent of alpha is the octave and its mantissa the place there: no logarithm.
+vec2 ggx_albedo_average(float alpha) {
+    float a = clamp(alpha, GGX_ALBEDO_MIN_ROOT * GGX_ALBEDO_MIN_ROOT, ONE_MINUS_EPS);
+    uint bits = floatBitsToUint(a);
+    uint n = (bits >> 20) - ((127u - GGX_ALBEDO_OCTAVES) << 3);
+    float f = float(bits & 0xfffffu) * 9.5367431640625e-07;
+    vec4 row = uintBitsToFloat(ggx_albedo_row((GGX_ALBEDO_ALPHA - 1u) * GGX_ALBEDO_X + n));
+    return mix(row.xy, row.zw, f) * vec2(a * a, 1.0);
+}
+
+// Kulla and Conty 2017, f |cos wi| for F = 1, from the deficits at o and i and their average.
+float ggx_multiple_scattering(float deficit_o, float deficit_i, float average, float cos_i) {
+    return average > 0.0 ? deficit_o * deficit_i * cos_i * INV_PI / average : 0.0;
+}
+
+// Its colour: orders >= 2 of the facets' average reflectance (Hill 2018).
+Spectrum ggx_multiple_scattering_color(Spectrum fresnel_average, float average) {
+    return fresnel_average * fresnel_average * (1.0 - average) / (Spectrum(1.0) - fresnel_average * average);
+}

@@ -1,0 +1,299 @@
+//! glTF 2.0 metallic-roughness surface with KHR_materials_ior, _transmission and (as a boundary) _volume.
+//!
+//! A linear mix, by metallic m and transmission t, of three surfaces that share one GGX distribution, alpha = roughness^2:
+//! - metal, m: Schlick facets with f0 = base_color, and their multiple scattering (Kulla and Conty 2017) if `compensation`;
+//! - opaque dielectric, (1-m)(1-t): Schlick facets with f0 = ((ior-1)/(ior+1))^2 over a Lambertian base that gets exactly what
+//!   the facets leave, reciprocally: base/pi (1-E(o))(1-E(i))/(1-E_avg), E the facets' directional albedo (Kelemen 2001);
+//! - transmitting dielectric, (1-m)t: exact Fresnel; what is not reflected passes with the factor base_color, mirrored through
+//!   the wall if `thin`, else refracted into the volume (Walter 2007, radiance mode).
+//! None creates energy. `khronos_mix` instead takes the formulas of the specification's appendix B: base/pi (1-F(h)) under
+//! F(h) and separable Smith masking, no compensation; it can reflect more than arrives, and is exempt from the furnace.
+//! Two-sided throughout; only the refracted part knows inside (`wo.z < 0`) from outside.
+
+use std::f64::consts::FRAC_1_PI;
+
+use glam::DVec3;
+
+use super::dielectric::{INDEX_MATCHED, refraction};
+use super::ggx::{Ggx, half_vector, reflect};
+use super::ggx_albedo::{self, Albedo, multiple_scattering, multiple_scattering_color};
+use super::{Bsdf, BsdfSample, Input, InputKind, Model, SAMPLE_DELTA, SAMPLE_TRANSMISSION, fresnel, is_chosen, shared};
+
+const fn scalar(name: &'static str, default: f64, range: (f64, f64), doc: &'static str) -> Input {
+    Input { name, kind: InputKind::Scalar, default: [default; 3], range, doc }
+}
+
+pub const MODEL: Model = Model {
+    keyword: "gltf",
+    glsl_type: "Gltf",
+    inputs: &[
+        Input {
+            name: "base_color",
+            kind: InputKind::Color,
+            default: [1.0; 3],
+            range: (0.0, 1.0),
+            doc: "albedo of the dielectric, reflectance of the metal at normal incidence, linear RGB",
+        },
+        scalar("metallic", 1.0, (0.0, 1.0), "0 dielectric, 1 metal"),
+        scalar("roughness", 1.0, (0.0, 1.0), "0 smooth, 1 rough; GGX alpha = roughness^2"),
+        scalar("ior", 1.5, (0.0, 10.0), "index of refraction of the dielectric; 0: reflects everything"),
+        scalar("transmission", 0.0, (0.0, 1.0), "share of the dielectric's base that lets light through"),
+        scalar("thin", 1.0, (0.0, 1.0), "1: thin wall, light is not refracted; 0: boundary of a volume"),
+        scalar("khronos_mix", 0.0, (0.0, 1.0), "1: the specification's formula, which can create energy"),
+        scalar("compensation", 1.0, (0.0, 1.0), "1: give back what the metal's facets scatter more than once"),
+    ],
+    transmits: true,
+    transmission_input: Some("transmission"),
+    tables: &["ggx_albedo"],
+    macros: &[
+        ("GLTF_TRANSMISSION", "transmission"),
+        ("GLTF_KHRONOS_MIX", "khronos_mix"),
+        ("GLTF_COMPENSATION", "compensation"),
+    ],
+    shared: &[shared("bsdf/fresnel.glsl"), shared("bsdf/ggx.glsl"), ggx_albedo::SHARED],
+    doc: "glTF 2.0 metallic-roughness with ior, transmission, volume",
+};
+
+/// Indices below are taken as this: finite on both sides, and all but a total mirror.
+const MIN_IOR: f64 = 1e-3;
+
+#[derive(Clone, Copy, Debug)]
+pub struct Gltf {
+    pub base_color: DVec3,
+    pub metallic: f64,
+    pub transmission: f64,
+    pub ior: f64,
+    pub ggx: Ggx,
+    pub is_thin: bool,
+    pub is_khronos: bool,
+    pub is_compensated: bool,
+    /// f0 of the opaque dielectric.
+    f0: f64,
+    average: Albedo,
+    multiple_color: DVec3,
+}
+
+/// What depends on `wo` alone.
+struct Outgoing {
+    /// 1 above, -1 below: both directions are mirrored to see the surface from above.
+    flip: DVec3,
+    o: DVec3,
+    /// Index beyond / index here, for the volume boundary.
+    eta: f64,
+    albedo: Albedo,
+    /// Probability of the cosine lobe.
+    p_cosine: f64,
+}
+
+/// What depends on the facet: reflectance, transmittance, and the share of its light that is sampled as transmitted.
+struct Facet {
+    reflected: DVec3,
+    transmitted: DVec3,
+    cos_t: f64,
+    p_transmission: f64,
+}
+
+impl Gltf {
+    pub fn from_inputs(inputs: &[DVec3]) -> Self {
+        let base_color = inputs[0].clamp(DVec3::ZERO, DVec3::ONE);
+        let ggx = Ggx::from_roughness(inputs[2].x, -1.0);
+        let (ior, is_khronos) = (inputs[3].x.max(MIN_IOR), inputs[6].x >= 0.5);
+        let average = if ggx.is_smooth {
+            Albedo { deficit: 0.0, schlick: 1.0 / 21.0 }
+        } else {
+            ggx_albedo::oracle().average(ggx.alpha_x)
+        };
+        let fresnel_average = base_color + (DVec3::ONE - base_color) / 21.0;
+        Self {
+            base_color,
+            metallic: inputs[1].x.clamp(0.0, 1.0),
+            transmission: inputs[4].x.clamp(0.0, 1.0),
+            ior,
+            ggx,
+            is_thin: inputs[5].x >= 0.5,
+            is_khronos,
+            is_compensated: inputs[7].x >= 0.5 && !is_khronos,
+            f0: ((ior - 1.0) / (ior + 1.0)).powi(2),
+            average,
+            multiple_color: multiple_scattering_color(fresnel_average, average),
+        }
+    }
+
+    fn weights(&self) -> (f64, f64, f64) {
+        let (m, t) = (self.metallic, self.transmission);
+        (m, (1.0 - m) * (1.0 - t), (1.0 - m) * t)
+    }
+
+    fn albedo_at(&self, cos: f64) -> Albedo {
+        if self.ggx.is_smooth {
+            Albedo { deficit: 0.0, schlick: (1.0 - cos).powi(5) }
+        } else {
+            ggx_albedo::oracle().at(cos, self.ggx.alpha_x)
+        }
+    }
+
+    /// What the facets of the opaque dielectric leave to its base: 1 - E.
+    fn left(&self, a: Albedo) -> f64 {
+        (1.0 - self.f0) * (1.0 - a.schlick) + self.f0 * a.deficit
+    }
+
+    fn outgoing(&self, wo: DVec3) -> Outgoing {
+        let side = wo.z.signum();
+        let flip = DVec3::new(1.0, 1.0, side);
+        let o = wo * flip;
+        let albedo = self.albedo_at(o.z);
+        let eta = if side > 0.0 { self.ior } else { 1.0 / self.ior };
+        // Shares of light by lobe, as seen from o: facets of each part, and the cosine lobe.
+        let (metal, opaque, transmitting) = self.weights();
+        let facets = metal * mean(albedo.with_f0(self.base_color)) + opaque * (1.0 - self.left(albedo)) + transmitting;
+        let multiple = if self.is_compensated { albedo.deficit * mean(self.multiple_color) } else { 0.0 };
+        let cosine = metal * multiple + opaque * mean(self.base_color) * self.left(albedo);
+        let p_cosine = if cosine > 0.0 { cosine / (cosine + facets) } else { 0.0 };
+        Outgoing { flip, o, eta, albedo, p_cosine }
+    }
+
+    fn facet(&self, cos: f64, eta: f64) -> Facet {
+        let (metal, opaque, transmitting) = self.weights();
+        let cos = cos.clamp(0.0, 1.0);
+        let (f, cos_t) = fresnel::dielectric(cos, if self.is_thin { self.ior } else { eta });
+        let reflected = fresnel::schlick(cos, self.base_color) * metal
+            + fresnel::schlick(cos, DVec3::splat(self.f0)) * opaque
+            + DVec3::splat(f * transmitting);
+        let transmitted = self.base_color * ((1.0 - f) * transmitting);
+        let p = mean(transmitted) / (mean(transmitted) + mean(reflected)).max(f64::MIN_POSITIVE);
+        Facet { reflected, transmitted, cos_t, p_transmission: p }
+    }
+
+    /// The Lambertian base and the metal's multiple scattering; `f_h`: Fresnel term at the half vector, for khronos_mix.
+    fn cosine_lobe(&self, out: &Outgoing, cos_i: f64, cos_h: f64) -> DVec3 {
+        let (metal, opaque, _) = self.weights();
+        let a_i = self.albedo_at(cos_i);
+        let base = if self.is_khronos {
+            1.0 - fresnel::schlick(cos_h, DVec3::splat(self.f0)).x
+        } else {
+            let average = self.left(self.average);
+            if average > 0.0 { self.left(out.albedo) * self.left(a_i) / average } else { 0.0 }
+        };
+        let mut value = self.base_color * (opaque * base * FRAC_1_PI * cos_i);
+        if self.is_compensated {
+            value += self.multiple_color * (metal * multiple_scattering(out.albedo, a_i, self.average, cos_i));
+        }
+        value
+    }
+
+    fn g2(&self, o: DVec3, i: DVec3) -> f64 {
+        if self.is_khronos { self.ggx.g1(o) * self.ggx.g1(i) } else { self.ggx.g2(o, i) }
+    }
+
+    fn is_index_matched(&self) -> bool {
+        !self.is_thin && (self.ior - 1.0).abs() < INDEX_MATCHED
+    }
+
+    fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (DVec3, f64) {
+        if wo.z == 0.0 || wi.z == 0.0 {
+            return (DVec3::ZERO, 0.0);
+        }
+        let out = self.outgoing(wo);
+        let (o, i) = (out.o, wi * out.flip);
+        if i.z > 0.0 {
+            let h = half_vector(o, i).unwrap_or(DVec3::X);
+            let cos = o.dot(h);
+            let mut value = self.cosine_lobe(&out, i.z, cos);
+            let mut pdf = out.p_cosine * FRAC_1_PI * i.z;
+            if !self.ggx.is_smooth && cos > 0.0 {
+                let facet = self.facet(cos, out.eta);
+                value += facet.reflected * (self.ggx.d(h) * self.g2(o, i) / (4.0 * o.z));
+                let p = (1.0 - out.p_cosine) * (1.0 - facet.p_transmission);
+                pdf += p * self.ggx.visible_pdf(o, h) / (4.0 * cos);
+            }
+            return (value, pdf);
+        }
+        if self.ggx.is_smooth || self.weights().2 == 0.0 || self.is_index_matched() {
+            return (DVec3::ZERO, 0.0);
+        }
+        if self.is_thin {
+            let mirrored = DVec3::new(i.x, i.y, -i.z);
+            let Some(h) = half_vector(o, mirrored) else { return (DVec3::ZERO, 0.0) };
+            let cos = o.dot(h);
+            let facet = self.facet(cos, out.eta);
+            let value = facet.transmitted * (self.ggx.d(h) * self.g2(o, mirrored) / (4.0 * o.z));
+            let p = (1.0 - out.p_cosine) * facet.p_transmission;
+            return (value, p * self.ggx.visible_pdf(o, h) / (4.0 * cos));
+        }
+        let (value, pdf) = refraction(&self.ggx, o, i, out.eta);
+        if pdf <= 0.0 {
+            return (DVec3::ZERO, 0.0);
+        }
+        // `refraction` holds the factor 1-F in both; the facet's own probability replaces it in the pdf.
+        let cos = half_vector(o, i * out.eta).map_or(0.0, |h| o.dot(h));
+        let (f, _) = fresnel::dielectric(cos, out.eta);
+        let p = (1.0 - out.p_cosine) * self.facet(cos, out.eta).p_transmission / (1.0 - f);
+        let masking = self.g2(o, i) / self.ggx.g2(o, i);
+        (self.base_color * (self.weights().2 * value * masking), p * pdf)
+    }
+}
+
+impl Bsdf for Gltf {
+    fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        self.eval_pdf(wo, wi).0
+    }
+
+    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        self.eval_pdf(wo, wi).1
+    }
+
+    fn sample(&self, wo: DVec3, choice: u32, u: [f64; 2]) -> Option<BsdfSample> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        let out = self.outgoing(wo);
+        let o = out.o;
+        let h = if self.ggx.is_smooth { DVec3::Z } else { self.ggx.sample_visible(o, u) };
+        let facet = self.facet(o.dot(h), out.eta);
+        let p_transmission = (1.0 - out.p_cosine) * facet.p_transmission;
+        let is_cosine = is_chosen(choice, out.p_cosine);
+        let is_transmitted = !is_cosine && is_chosen(choice, out.p_cosine + p_transmission);
+        let mut eta_scale = 1.0;
+        let i = if is_cosine {
+            crate::math::warp::cosine_hemisphere(u)
+        } else if !is_transmitted {
+            reflect(o, h)
+        } else if self.is_thin {
+            reflect(o, h) * DVec3::new(1.0, 1.0, -1.0)
+        } else if self.is_index_matched() {
+            -o
+        } else {
+            eta_scale = 1.0 / (out.eta * out.eta);
+            -o / out.eta + h * (o.dot(h) / out.eta - facet.cos_t)
+        };
+        if i.z == 0.0 || (i.z < 0.0) != is_transmitted {
+            return None;
+        }
+        let wi = i * out.flip;
+        let mut flags = if is_transmitted { SAMPLE_TRANSMISSION } else { 0 };
+        if !is_cosine && (self.ggx.is_smooth || (is_transmitted && self.is_index_matched())) {
+            flags |= SAMPLE_DELTA;
+            let (value, p) = if is_transmitted {
+                (facet.transmitted * eta_scale, p_transmission)
+            } else {
+                (facet.reflected, 1.0 - out.p_cosine - p_transmission)
+            };
+            return (p > 0.0).then(|| BsdfSample { wi, weight: value / p, pdf: p, flags, eta_scale });
+        }
+        let (value, pdf) = self.eval_pdf(wo, wi);
+        (pdf > 0.0).then(|| BsdfSample { wi, weight: value / pdf, pdf, flags, eta_scale })
+    }
+
+    fn albedo(&self) -> DVec3 {
+        self.base_color
+    }
+
+    fn is_delta(&self) -> bool {
+        let (_, opaque, transmitting) = self.weights();
+        (self.ggx.is_smooth && opaque == 0.0) || (self.is_index_matched() && transmitting == 1.0)
+    }
+}
+
+fn mean(c: DVec3) -> f64 {
+    (c.x + c.y + c.z) / 3.0
+}
