@@ -85,8 +85,7 @@ fn encode(
 
 /// Linear to sRGB, clipped to [0, 1]; NaN becomes 0.
 pub fn srgb_encode(linear: f32) -> f32 {
-    // `clamp` keeps a NaN, `max` returns the other argument.
-    let v = linear.max(0.0).min(1.0);
+    let v = if linear.is_nan() { 0.0 } else { linear.clamp(0.0, 1.0) };
     if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 

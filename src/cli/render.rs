@@ -1,0 +1,178 @@
+//! `render SCENE`: from a scene to files, with the run's record.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use steradian::film::slot::BLOCK_SAMPLES;
+use steradian::film::source::DeviceInfo;
+use steradian::integrator::Settings;
+use steradian::output::record::{self, Record, Stages};
+use steradian::output::{self, Format};
+use steradian::render::{self, Outcome, StoppedBy, Stops};
+use steradian::scene::Scene;
+
+use super::interrupt::Interrupt;
+use super::progress::Bar;
+use super::scene_args::SceneArgs;
+use super::{Exit, say};
+
+/// Samples a pixel when neither flags nor scene say when to stop.
+const DEFAULT_SPP: u32 = 256;
+
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// File to write, by extension .exr, .png or .hdr; may be given several times [default: SCENE's name as .png]
+    #[arg(short, long, value_name = "FILE")]
+    output: Vec<PathBuf>,
+    /// Samples a pixel, rounded up to whole blocks of 16
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Seconds since the start of the program; with --spp, whichever comes first
+    #[arg(long, value_name = "S", value_parser = super::parse_positive)]
+    time: Option<f64>,
+    /// auto, cpu, an index of `steradian devices`, or part of a name
+    #[arg(long, value_name = "D", default_value = "auto")]
+    device: String,
+    /// Stops of exposure for .png
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = super::parse_finite)]
+    exposure: f64,
+    /// Writes the run's record as JSON
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+}
+
+pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
+    let outputs = if args.output.is_empty() { vec![default_output(&args.scene.scene)] } else { args.output.clone() };
+    for path in &outputs {
+        output::check_picture(path)?;
+    }
+    if let Some(path) = &args.record {
+        output::check(path)?;
+    }
+    let interrupt = Interrupt::install()?;
+    let mut seconds = Stages::default();
+
+    // Load and resolve.
+    let begun = Instant::now();
+    let scene = args.scene.load()?;
+    let has_aov = outputs.iter().any(|path| Format::of(path).is_ok_and(|f| f == Format::Exr));
+    let settings = args.scene.settings(&scene, has_aov);
+    seconds.load = begun.elapsed().as_secs_f64();
+    let mut notes = scene.notes.clone();
+    let stops = stops(args, &scene, started, &mut notes);
+
+    // Trace.
+    let mut source = super::source::open(&scene, &settings, &super::source::Options { device: &args.device })?;
+    notes.extend(source.describe().notes);
+    notes.iter().for_each(say);
+    let bar = Bar::new();
+    let outcome = render::render(source.as_mut(), &stops, &|| interrupt.is_set(), &mut |p| bar.update(p))?;
+    bar.finish();
+    if outcome.film.sample_count() == 0 {
+        say("interrupted before the first samples: nothing is written");
+        return Ok(Exit::Interrupted);
+    }
+
+    if outcome.film.min_block_count() == 0 {
+        say("interrupted in the first pass: pixels without a sample are black");
+    }
+
+    // Write.
+    let device = source.describe();
+    drop(source);
+    (seconds.compile, seconds.upload, seconds.trace) = (device.compile_s, device.upload_s, outcome.trace_s);
+    let mut record = make_record(args, &settings, &outcome, &device, seconds, notes);
+    record.wall_s = started.elapsed().as_secs_f64();
+    let begun = Instant::now();
+    for path in &outputs {
+        output::write_picture(path, &outcome.film, &record, args.exposure)?;
+    }
+    record.seconds.write = begun.elapsed().as_secs_f64();
+    record.wall_s = started.elapsed().as_secs_f64();
+    record.peak_host_bytes = record::peak_host_bytes();
+    if let Some(path) = &args.record {
+        record.write(path)?;
+    }
+    println!("{}", record.summary());
+    outputs.iter().for_each(|path| println!("wrote {}", path.display()));
+    Ok(if outcome.stopped_by == StoppedBy::Interrupt { Exit::Interrupted } else { Exit::Done })
+}
+
+/// `helmet.png` for `models/helmet.gltf`, in the current folder.
+fn default_output(scene: &Path) -> PathBuf {
+    PathBuf::from(scene.file_stem().unwrap_or("render".as_ref())).with_extension("png")
+}
+
+/// Flags first; with none of them the scene's spp, else 256.
+fn stops(args: &Args, scene: &Scene, started: Instant, notes: &mut Vec<String>) -> Stops {
+    let spp = match (args.spp, args.time) {
+        (None, None) => Some(scene.film.spp.unwrap_or(DEFAULT_SPP)),
+        (spp, _) => spp,
+    };
+    let blocks = spp.map(|n| render::blocks_for(n as u64));
+    if let (Some(spp), Some(blocks)) = (spp, blocks) {
+        let rounded = blocks * BLOCK_SAMPLES as u64;
+        if rounded != spp as u64 {
+            notes.push(format!("{spp} samples a pixel are rounded up to {rounded}: whole blocks of {BLOCK_SAMPLES}"));
+        }
+    }
+    Stops { blocks, time_s: args.time, started }
+}
+
+fn make_record(
+    args: &Args,
+    settings: &Settings,
+    outcome: &Outcome,
+    device: &DeviceInfo,
+    seconds: Stages,
+    mut notes: Vec<String>,
+) -> Record {
+    let film = &outcome.film;
+    if outcome.error.is_some_and(|e| e.is_heavy_tailed) {
+        notes.push(
+            "the worst 0.1 % of pixels hold most of the estimated error: its tails are too heavy for the interval"
+                .into(),
+        );
+        notes.iter().skip(notes.len() - 1).for_each(say);
+    }
+    let per_trace_second = |count: u64| count as f64 / outcome.trace_s.max(1e-9) * 1e-6;
+    Record {
+        program: concat!("steradian ", env!("CARGO_PKG_VERSION")).into(),
+        command: std::env::args().collect::<Vec<_>>().join(" "),
+        scene: args.scene.scene.display().to_string(),
+        width: film.width(),
+        height: film.height(),
+        seed: settings.seed,
+        integrator: keyword(settings.integrator),
+        estimator: keyword(settings.estimator),
+        sampler: keyword(settings.sampler),
+        max_depth: settings.max_depth,
+        spp: film.min_block_count() as u64 * BLOCK_SAMPLES as u64,
+        stopped_by: outcome.stopped_by.name().into(),
+        wall_s: 0.0,
+        seconds,
+        relmse_est: outcome.error.map(|e| e.relmse),
+        relmse_est_exposure: outcome.error.map(|e| e.relmse_exposure),
+        relmse_est_trimmed: outcome.error.map(|e| e.relmse_trimmed),
+        samples: film.sample_count(),
+        rays: film.ray_count(),
+        throughput_MSps: per_trace_second(film.sample_count()),
+        throughput_Mrays_ps: per_trace_second(film.ray_count()),
+        peak_host_bytes: record::peak_host_bytes(),
+        peak_device_bytes: device.peak_bytes,
+        film_bytes: film.bytes() as u64,
+        device: device.name.clone(),
+        device_kind: device.kind.clone(),
+        driver: device.driver.clone(),
+        kernel_hash: device.kernel_hash.clone(),
+        ledger: film.ledger().clone(),
+        notes,
+    }
+}
+
+/// The word that the command line knows a choice by.
+fn keyword(value: impl clap::ValueEnum) -> String {
+    value.to_possible_value().map_or(String::new(), |v| v.get_name().into())
+}

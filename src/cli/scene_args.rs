@@ -1,0 +1,81 @@
+//! What `render` and `inspect` share: the scene with the flags applied, and the settings of the transport.
+
+use std::path::{Path, PathBuf};
+
+use steradian::integrator::{DEFAULT_MAX_DEPTH, Estimator, IntegratorKind, SamplerKind, Settings};
+use steradian::scene::{self, Scene, Sky, SkyRadiance};
+
+#[derive(clap::Args)]
+pub struct SceneArgs {
+    /// Scene file: .toml, .gltf or .glb
+    pub scene: PathBuf,
+    /// Image size in pixels; else the scene's
+    #[arg(long, value_name = "WxH", value_parser = super::parse_size)]
+    pub size: Option<(u32, u32)>,
+    #[arg(long, default_value = "path")]
+    pub integrator: IntegratorKind,
+    #[arg(long, default_value = "mis")]
+    pub estimator: Estimator,
+    #[arg(long, default_value = "sobol")]
+    pub sampler: SamplerKind,
+    /// Path edges: 1 shows emission seen directly, 2 one bounce [default: the scene's, else 4096]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535))]
+    pub max_depth: Option<u32>,
+    #[arg(long, default_value_t = 0)]
+    pub seed: u32,
+    /// Sky instead of the scene's: a lat-long .hdr or .exr
+    #[arg(long, value_name = "FILE")]
+    pub env: Option<PathBuf>,
+    /// Turns the sky about +y
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = super::parse_finite)]
+    pub env_rotate: Option<f64>,
+    /// Factor on the sky's radiance
+    #[arg(long, value_name = "X", value_parser = super::parse_positive)]
+    pub env_scale: Option<f64>,
+}
+
+impl SceneArgs {
+    /// The scene as it will be rendered: flags applied, then a camera and a light where none is given.
+    pub fn load(&self) -> anyhow::Result<Scene> {
+        let mut scene = scene::format::load(&self.scene)?;
+        if let Some((width, height)) = self.size {
+            (scene.film.width, scene.film.height) = (width, height);
+        }
+        if let Some(path) = &self.env {
+            replace_sky(&mut scene, path)?;
+        }
+        if let Some(degrees) = self.env_rotate {
+            self.sky(&mut scene, "--env-rotate")?.rotation_rad = degrees.to_radians();
+        }
+        if let Some(factor) = self.env_scale {
+            self.sky(&mut scene, "--env-scale")?.scale *= factor;
+        }
+        scene::frame_camera(&mut scene);
+        scene::ensure_light(&mut scene);
+        Ok(scene)
+    }
+
+    fn sky<'a>(&self, scene: &'a mut Scene, flag: &str) -> anyhow::Result<&'a mut Sky> {
+        let no_sky = || anyhow::anyhow!("{flag}: {} has no sky; give one with --env", self.scene.display());
+        scene.sky.as_mut().ok_or_else(no_sky)
+    }
+
+    pub fn settings(&self, scene: &Scene, aovs: bool) -> Settings {
+        Settings {
+            integrator: self.integrator,
+            estimator: self.estimator,
+            sampler: self.sampler,
+            max_depth: self.max_depth.or(scene.film.max_depth).unwrap_or(DEFAULT_MAX_DEPTH),
+            seed: self.seed,
+            aovs,
+            ..Settings::default()
+        }
+    }
+}
+
+fn replace_sky(scene: &mut Scene, path: &Path) -> anyhow::Result<()> {
+    let image = scene::format::image_file::read_sky(path, &mut scene.notes)?;
+    scene.images.push(image);
+    scene.sky = Some(Sky { radiance: SkyRadiance::Image(scene.images.len() - 1), rotation_rad: 0.0, scale: 1.0 });
+    Ok(())
+}

@@ -1,0 +1,111 @@
+//! `render`: files, record, stops, interrupts.
+
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use serde_json::Value;
+
+use super::{run, scene};
+
+const SMALL: [&str; 4] = ["--device", "cpu", "--size", "16x12"];
+
+#[test]
+fn writes_every_file_and_the_record() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name).display().to_string();
+    let cornell = scene("cornell.toml").display().to_string();
+    let (exr, png, hdr, json) = (path("a.exr"), path("a.png"), path("a.hdr"), path("a.json"));
+    let mut arguments = vec!["render", &cornell, "-o", &exr, "-o", &png, "-o", &hdr, "--record", &json, "--spp", "33"];
+    arguments.extend(SMALL);
+    let ran = run(&arguments);
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    assert!(ran.stderr.contains("33 samples a pixel are rounded up to 48"), "{}", ran.stderr);
+    assert!(ran.stdout.contains("at 48 spp") && ran.stdout.contains("Msamples/s"), "{}", ran.stdout);
+    let record: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
+    for (key, wanted) in [("spp", 48u64), ("width", 16), ("height", 12), ("samples", 48 * 192), ("seed", 0)] {
+        assert_eq!(record[key].as_u64(), Some(wanted), "{key}");
+    }
+    assert_eq!((record["stopped_by"].as_str(), record["device_kind"].as_str()), (Some("spp"), Some("cpu")));
+    for key in ["wall_s", "throughput_MSps", "throughput_Mrays_ps", "peak_host_bytes", "rays"] {
+        assert!(record[key].as_f64().unwrap() > 0.0, "{key}");
+    }
+    let estimate = &record["relmse_est"];
+    assert!(estimate["low"].as_f64() <= estimate["value"].as_f64(), "{estimate}");
+    for stage in ["load", "bvh", "compile", "upload", "trace", "write"] {
+        assert!(record["seconds"][stage].is_f64(), "{stage}");
+    }
+    let in_header = steradian::output::exr::read_record(exr.as_ref()).unwrap().unwrap();
+    let in_header: Value = serde_json::from_str(&in_header).unwrap();
+    assert_eq!(in_header["relmse_est"], record["relmse_est"]);
+    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 4, "nothing is left beside");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_and_another_does_not() {
+    let dir = tempfile::tempdir().unwrap();
+    let cornell = scene("cornell.toml").display().to_string();
+    let picture = |name: &str, seed: &str| {
+        let path = dir.path().join(name).display().to_string();
+        let mut arguments = vec!["render", &cornell, "-o", &path, "--spp", "16", "--seed", seed];
+        arguments.extend(SMALL);
+        assert_eq!(run(&arguments).code, 0);
+        std::fs::read(path).unwrap()
+    };
+    assert_eq!(picture("a.png", "1"), picture("b.png", "1"));
+    assert_ne!(picture("a.png", "1"), picture("c.png", "2"));
+}
+
+#[test]
+fn time_is_a_stop() {
+    let dir = tempfile::tempdir().unwrap();
+    let cornell = scene("cornell.toml").display().to_string();
+    let (png, json) = (dir.path().join("a.png").display().to_string(), dir.path().join("a.json").display().to_string());
+    let mut arguments = vec!["render", &cornell, "-o", &png, "--record", &json, "--time", "1"];
+    arguments.extend(SMALL);
+    assert_eq!(run(&arguments).code, 0);
+    let record: Value = serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap();
+    assert_eq!(record["stopped_by"], "time");
+    assert!(record["wall_s"].as_f64().unwrap() < 3.0 && record["spp"].as_u64().unwrap() >= 32, "{record}");
+}
+
+/// SIGINT and SIGTERM: what is rendered is written, exit code 130.
+#[cfg(unix)]
+#[test]
+fn interrupt_writes_what_is_there() {
+    for signal in ["INT", "TERM"] {
+        let dir = tempfile::tempdir().unwrap();
+        let (png, json) = (dir.path().join("a.png"), dir.path().join("a.json"));
+        let mut child = Command::new(env!("CARGO_BIN_EXE_steradian"))
+            .args(["render", &scene("cornell.toml").display().to_string(), "--time", "100"])
+            .args(SMALL)
+            .args(["-o".as_ref(), png.as_os_str(), "--record".as_ref(), json.as_os_str()])
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(1500));
+        Command::new("kill").args([format!("-{signal}"), child.id().to_string()]).status().unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(130), "SIG{signal}");
+        assert!(std::fs::metadata(&png).unwrap().len() > 100);
+        let record: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
+        assert_eq!(record["stopped_by"], "interrupt");
+    }
+}
+
+#[test]
+fn help_and_version_go_to_stdout() {
+    for arguments in [&["--help"][..], &["--version"], &["render", "--help"], &["compare", "--help"]] {
+        let ran = run(arguments);
+        assert_eq!((ran.code, ran.stderr.as_str()), (0, ""), "{arguments:?}");
+        assert!(ran.stdout.contains("steradian"), "{arguments:?}");
+    }
+}
+
+#[test]
+fn devices_lists_the_cpu_at_least() {
+    let ran = run(&["devices"]);
+    assert!(ran.code == 0 && ran.stdout.contains("cpu  double-precision reference"), "{}", ran.stderr);
+    for line in run(&["devices", "--json"]).stdout.lines() {
+        assert!(serde_json::from_str::<Value>(line).unwrap()["name"].is_string(), "{line}");
+    }
+}
