@@ -93,7 +93,9 @@ impl SkyView<'_> {
     /// Place in the image, in texels: x in [0, W], y in [0, H].
     fn position(&self, d: DVec3) -> (f64, f64) {
         let d = self.to_sky(d);
-        let u = 0.5 + d.x.atan2(-d.z) / TAU;
+        // At a pole u is 0.5 whatever the signs of the zeros, as in the kernels.
+        let azimuth = if d.x == 0.0 && d.z == 0.0 { 0.0 } else { d.x.atan2(-d.z) };
+        let u = 0.5 + azimuth / TAU;
         // acos(y), in the form that keeps its digits near the poles.
         let v = d.x.hypot(d.z).atan2(d.y) / PI;
         (u * f64::from(self.sky.width), v * f64::from(self.sky.height))
