@@ -1,8 +1,8 @@
-//! Light for the independent oracle: from `scene::Sky` and `scene::Image` by its own lookup, and simple ways of sampling.
+//! The sky of the tests: from `scene::Sky` and `scene::Image` by its own lookup and a plainer way of sampling.
 //!
-//! Nothing here reads records or shares code with `sky`, `sky_table`, `triangle` or `sphere`: a half-texel shift, a wrong turn or a
-//! wrong density there must show as a difference. Sky: rows and columns by cumulative sums, uniform in (u, v) inside a cell,
-//! density p W H / (2 pi^2 sin(theta)) (Pharr and Humphreys' change of variables). Triangles and spheres: uniform points.
+//! Nothing here reads records or shares code with `sky` and `sky_table`: a half-texel shift, a wrong turn or a wrong density
+//! there must show as a difference. Rows and columns by cumulative sums, uniform in (u, v) inside a cell, density
+//! p W H / (2 pi^2 sin(theta)). (The independent oracle has its own in reference/independent.)
 
 use std::f64::consts::PI;
 
@@ -157,25 +157,4 @@ fn invert(cdf: &[f64], u: f64) -> (usize, f64) {
     let below = if i > 0 { cdf[i - 1] } else { 0.0 };
     let step = cdf[i] - below;
     (i, if step > 0.0 { ((u - below) / step).clamp(0.0, 1.0 - f64::EPSILON) } else { 0.5 })
-}
-
-/// Uniform point on a triangle and its weights of vertices 1 and 2; density 1/area (Turk 1990).
-pub fn sample_triangle_area(v: [DVec3; 3], u: [f64; 2]) -> (DVec3, f64, f64) {
-    let root = u[0].sqrt();
-    let (b1, b2) = (root * (1.0 - u[1]), root * u[1]);
-    (v[0] * (1.0 - b1 - b2) + v[1] * b1 + v[2] * b2, b1, b2)
-}
-
-/// Uniform point on a sphere; density 1/(4 pi r^2).
-pub fn sample_sphere_area(center: DVec3, radius: f64, u: [f64; 2]) -> DVec3 {
-    let z = 2.0 * u[0] - 1.0;
-    let phi = 2.0 * PI * u[1];
-    center + radius * DVec3::new((1.0 - z * z).sqrt() * phi.cos(), (1.0 - z * z).sqrt() * phi.sin(), z)
-}
-
-/// Density per area to density per solid angle at `p`: d^2/|cos|; 0 edge-on (no sample).
-pub fn area_to_solid_angle(pdf_area: f64, p: DVec3, point: DVec3, normal: DVec3) -> f64 {
-    let to_point = point - p;
-    let cos = (to_point.normalize_or_zero().dot(normal.normalize_or_zero())).abs();
-    if cos > 0.0 { pdf_area * to_point.length_squared() / cos } else { 0.0 }
 }
