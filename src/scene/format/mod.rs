@@ -1,5 +1,6 @@
 //! Scene file formats, one file each; `load` picks by the extension.
 
+mod clean;
 pub mod gltf;
 pub mod image_file;
 pub mod toml;

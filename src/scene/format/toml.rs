@@ -22,6 +22,9 @@ use super::image_file;
 use crate::scene::{Camera, Encoding, Error, Filter, Scene, Sky, SkyRadiance, Texture, Wrap};
 use table::{Source, Table, nearest};
 
+pub(crate) use material::{plain as plain_material, uv_transform};
+pub(crate) use transform::is_invertible;
+
 /// What is being built, with the names that the file gave to textures and materials.
 struct Builder<'a> {
     source: Source<'a>,

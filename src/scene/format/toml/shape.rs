@@ -35,6 +35,7 @@ impl<'a> Builder<'a> {
         let name = table.text("name")?.unwrap_or(&kind).to_string();
         if let Shape::Mesh(mesh) = shape {
             self.scene.meshes[mesh].name.clone_from(&name);
+            crate::scene::format::clean::clean(&mut self.scene.meshes[mesh], &mut self.scene.notes);
         }
         let material = match table.text("material")? {
             Some(name) => self.named(&self.materials, &table, "material", name)?,

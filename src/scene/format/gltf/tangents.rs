@@ -1,0 +1,83 @@
+//! Tangents for meshes that come without: MikkTSpace (Mikkelsen 2008), which glTF 2.0 section 3.7.2.1 asks for.
+//!
+//! Its tangents belong to corners of triangles; a vertex whose corners disagree is split. glTF's v runs down the
+//! picture while a normal map's y points up it, so that the handedness is the opposite of MikkTSpace's.
+
+use std::collections::HashMap;
+
+use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
+
+use crate::scene::Mesh;
+
+struct Corners<'m> {
+    mesh: &'m Mesh,
+    uvs: &'m [[f32; 2]],
+    tangents: Vec<[[f32; 4]; 3]>,
+}
+
+impl Corners<'_> {
+    fn vertex(&self, face: usize, corner: usize) -> usize {
+        self.mesh.triangles[face][corner] as usize
+    }
+}
+
+impl Geometry for Corners<'_> {
+    fn num_faces(&self) -> usize {
+        self.mesh.triangles.len()
+    }
+    fn num_vertices_of_face(&self, _face: usize) -> usize {
+        3
+    }
+    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
+        self.mesh.positions[self.vertex(face, corner)]
+    }
+    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
+        match &self.mesh.normals {
+            Some(normals) => normals[self.vertex(face, corner)],
+            None => flat_normal(self.mesh, face),
+        }
+    }
+    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
+        self.uvs[self.vertex(face, corner)]
+    }
+    fn set_tangent(&mut self, tangent: Option<TangentSpace>, face: usize, corner: usize) {
+        let [x, y, z, w] = tangent.unwrap_or_default().tangent_encoded();
+        self.tangents[face][corner] = [x, y, z, -w];
+    }
+}
+
+/// Gives the mesh tangents along texture set `set`, splitting vertices where corners disagree.
+pub fn generate(mesh: &mut Mesh, set: usize) {
+    let Some(uvs) = &mesh.uvs[set] else { return };
+    let mut corners = Corners { mesh, uvs, tangents: vec![[[1.0, 0.0, 0.0, 1.0]; 3]; mesh.triangles.len()] };
+    if generate_tangents(&mut corners).is_err() {
+        return;
+    }
+    let per_corner = corners.tangents;
+    let mut places: HashMap<(u32, [u32; 4]), u32> = HashMap::with_capacity(mesh.positions.len());
+    let (mut sources, mut tangents) = (Vec::new(), Vec::new());
+    for (triangle, corner_tangents) in mesh.triangles.iter_mut().zip(per_corner) {
+        for (index, tangent) in triangle.iter_mut().zip(corner_tangents) {
+            *index = *places.entry((*index, tangent.map(f32::to_bits))).or_insert_with(|| {
+                sources.push(*index as usize);
+                tangents.push(tangent);
+                (sources.len() - 1) as u32
+            });
+        }
+    }
+    fn pick<T: Copy>(list: &mut [T], sources: &[usize]) -> Vec<T> {
+        sources.iter().map(|s| list[*s]).collect()
+    }
+    mesh.positions = pick(&mut mesh.positions, &sources);
+    mesh.normals = mesh.normals.as_mut().map(|list| pick(list, &sources));
+    mesh.colors = mesh.colors.as_mut().map(|list| pick(list, &sources));
+    for uvs in mesh.uvs.iter_mut().flatten() {
+        *uvs = pick(uvs, &sources);
+    }
+    mesh.tangents = Some(tangents);
+}
+
+fn flat_normal(mesh: &Mesh, face: usize) -> [f32; 3] {
+    let [a, b, c] = mesh.triangles[face].map(|i| glam::Vec3::from(mesh.positions[i as usize]).as_dvec3());
+    (b - a).cross(c - a).normalize_or(glam::DVec3::Z).as_vec3().to_array()
+}
