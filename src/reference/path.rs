@@ -152,7 +152,8 @@ pub fn trace<W: World>(
         let hit = closest_present(world, random, &ray, vertex);
         let weight = |light_density: &dyn Fn() -> f64| match (scatter_pdf, settings.estimator) {
             (None, _) | (_, Estimator::Bsdf) => 1.0,
-            (Some(_), Estimator::Light) => 0.0,
+            // What light sampling cannot find counts whole.
+            (Some(_), Estimator::Light) => f64::from(u8::from(light_density() == 0.0)),
             (Some(pdf), Estimator::Mis) => power_heuristic(pdf, light_density()),
         };
         // 2. Absorption on the way.
@@ -180,6 +181,7 @@ pub fn trace<W: World>(
         if edge == 1 {
             sample.first = FirstHit { albedo: bsdf.albedo(), normal: shading.frame.z, depth: hit.t };
         }
+        sample.disagreements += u32::from(shading.disagrees);
         let mut trace = VertexTrace {
             primitive: hit.primitive,
             point: surface.point,
@@ -199,7 +201,6 @@ pub fn trace<W: World>(
             break;
         }
         vertex += 1;
-        sample.disagreements += u32::from(shading.disagrees);
         let wo = shading.frame.to_local(wo_world);
         // The medium an edge towards `wi` runs through.
         let beyond = |wi: DVec3| {

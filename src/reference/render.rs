@@ -1,7 +1,7 @@
 //! The oracle as a renderer: fills film slots on the host's cores with rayon. With the replay world it is `--device cpu`.
 //!
-//! A sample is summed in f64 inside its block and rounded once to the slot's f32. Bad samples are counted and replaced by 0,
-//! like the device's. Bands of image rows are the unit of work and of stopping.
+//! A sample is summed in f64 inside its block and rounded once to the slot's f32. NaN and infinity are counted and
+//! replaced by 0, like the device's. Bands of image rows are the unit of work and of stopping.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -50,12 +50,13 @@ impl<W: World> Renderer<W> {
                 r if r.min_element() < 0.0 => Some(slot::LEDGER_NEGATIVE),
                 _ => None,
             };
-            match cause {
-                Some(counter) => {
-                    counter.add(&mut slot, 1);
-                    slot.first_bad = slot.first_bad.min(index as u32);
-                }
-                None => sum += sample.radiance,
+            if let Some(counter) = cause {
+                counter.add(&mut slot, 1);
+                slot.first_bad = slot.first_bad.min(index as u32);
+            }
+            // A negative sample is counted and kept: without it the mean would be biased.
+            if sample.radiance.is_finite() {
+                sum += sample.radiance;
             }
             if sample.first.depth > 0.0 {
                 albedo += sample.first.albedo;

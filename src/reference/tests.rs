@@ -41,3 +41,32 @@ fn closed_forms_hold_with_every_estimator() {
         }
     }
 }
+
+/// Not a check: `cargo test --release --lib reference::tests::speed -- --ignored --nocapture`.
+#[test]
+#[ignore = "prints a rate"]
+fn speed() {
+    let scene = crate::reference::scenes::cornell(128);
+    let start = std::time::Instant::now();
+    let film = render::film(Independent::new(&scene), Settings::default(), 2);
+    let seconds = start.elapsed().as_secs_f64();
+    let (samples, rays) = (film.sample_count() as f64, film.ray_count() as f64);
+    println!(
+        "{:.3} Msamples/s, {:.2} Mrays/s, mean {:?}",
+        samples / seconds * 1e-6,
+        rays / seconds * 1e-6,
+        film.image_mean()
+    );
+}
+
+/// Not a check: writes the scenes to look at.
+#[test]
+#[ignore = "writes pictures"]
+fn pictures() {
+    for scene in crate::reference::scenes::all(256) {
+        let film = render::film(Independent::new(&scene), Settings::default(), 4);
+        let bytes: Vec<u8> =
+            film.mean_f32().iter().flatten().map(|v| (v.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0) as u8).collect();
+        image::save_buffer(format!("/tmp/{}.png", scene.name), &bytes, 256, 256, image::ColorType::Rgb8).unwrap();
+    }
+}

@@ -117,7 +117,10 @@ impl<'a> Independent<'a> {
                     local.x.atan2(-local.z) / std::f64::consts::TAU + 0.5,
                     local.y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI,
                 );
-                Point { position, geometric_normal: normal, normal, tangent: None, uvs: [uv; 2], color: [1.0; 4] }
+                // Towards growing u, about the sphere's own y axis.
+                let axis = instance.to_world.matrix3.y_axis;
+                let tangent = Some((normal.cross(axis), 1.0));
+                Point { position, geometric_normal: normal, normal, tangent, uvs: [uv; 2], color: [1.0; 4] }
             }
             Shape::Triangle(v) => {
                 let weights = [1.0 - b[0] - b[1], b[0], b[1]];

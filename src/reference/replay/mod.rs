@@ -1,0 +1,344 @@
+//! The replay world: `Prepared`'s own f32 records, decoded to f64, and the device's own integer stream.
+//!
+//! Every table is read as the kernel reads it (same alias words, same thresholds, same sampling maps), but intersection, path
+//! loop and arithmetic are the oracle's. So `path` of a (pixel, sample) follows the device's path until rounding parts them.
+//! This is also `--device cpu`. Faults in `Prepared` are invisible here: `independent` is for those.
+
+mod pattern;
+mod stream;
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+
+use super::path::{LightSample, Random, Sample, VertexTrace, World, trace};
+use super::surface::Surface;
+use super::tree::{Hit, Ray, Shape, Tree};
+use crate::bsdf::{InputKind, MODELS, Params};
+use crate::integrator::{Estimator, SamplerKind, Settings};
+use crate::light::{alias, sky::SkyView, sphere, triangle};
+use crate::prepare::Prepared;
+use crate::prepare::records::*;
+use crate::sampler;
+use pattern::Point;
+pub use stream::Stream;
+
+/// `Prepared` with the oracle's tree over it.
+pub struct Replay {
+    prepared: Arc<Prepared>,
+    sampler: SamplerKind,
+    tree: Tree,
+    /// By face: row of `triangles`.
+    triangle_rows: Vec<u32>,
+    /// By number of the sphere: row of `spheres`.
+    sphere_rows: Vec<u32>,
+    has_alpha: bool,
+}
+
+/// One path of the replay: what it brought and where it went.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathTrace {
+    pub sample: Sample,
+    pub vertices: Vec<VertexTrace>,
+}
+
+/// Replays one sample of one pixel.
+pub fn path(prepared: &Arc<Prepared>, settings: &Settings, pixel: [u32; 2], sample: u64) -> PathTrace {
+    Replay::new(prepared.clone(), settings).path(settings, pixel, sample)
+}
+
+fn vec(v: [f32; 3]) -> DVec3 {
+    DVec3::from(v.map(f64::from))
+}
+
+impl Replay {
+    pub fn new(prepared: Arc<Prepared>, settings: &Settings) -> Self {
+        let p = &prepared;
+        let mut shapes = Vec::with_capacity(p.triangles.len() + p.spheres.len());
+        let mut triangle_rows = vec![NONE; p.faces.len()];
+        for (row, t) in p.triangles.iter().enumerate() {
+            triangle_rows[t.face as usize] = row as u32;
+            shapes.push((t.face, Shape::Triangle([t.v0, t.v1, t.v2].map(vec))));
+        }
+        let mut sphere_rows = vec![NONE; p.spheres.len()];
+        for (row, s) in p.spheres.iter().enumerate() {
+            sphere_rows[s.primitive as usize - p.faces.len()] = row as u32;
+            shapes.push((s.primitive, Shape::Sphere { center: vec(s.center), radius: s.radius.into() }));
+        }
+        let has_alpha = p.materials.iter().any(|m| m.flags & (MATERIAL_MASK | MATERIAL_BLEND) != 0);
+        let tree = Tree::build(shapes);
+        Self { prepared, sampler: settings.sampler, tree, triangle_rows, sphere_rows, has_alpha }
+    }
+
+    pub fn path(&self, settings: &Settings, pixel: [u32; 2], sample: u64) -> PathTrace {
+        let mut vertices = Vec::new();
+        let sample = trace(self, settings, pixel, sample, |v| vertices.push(v));
+        PathTrace { sample, vertices }
+    }
+
+    fn triangle(&self, face: u32) -> Option<&TriangleRecord> {
+        let row = *self.triangle_rows.get(face as usize)?;
+        self.prepared.triangles.get(row as usize)
+    }
+
+    fn sphere(&self, primitive: u32) -> &SphereRecord {
+        &self.prepared.spheres[self.sphere_rows[primitive as usize - self.triangle_rows.len()] as usize]
+    }
+
+    fn material(&self, primitive: u32) -> &MaterialRecord {
+        let index = self.triangle(primitive).map_or_else(|| self.sphere(primitive).material, |t| t.material);
+        &self.prepared.materials[index as usize]
+    }
+
+    /// Row of `lights`, or NONE.
+    fn light(&self, primitive: u32) -> u32 {
+        self.triangle(primitive).map_or_else(|| self.sphere(primitive).light, |t| t.light)
+    }
+
+    /// What patterns read at barycentric weights of a face.
+    fn face_point(&self, face: u32, b: [f64; 2]) -> Point {
+        let p = &self.prepared;
+        let corners = p.faces[face as usize].vertices.map(|v| v as usize);
+        let weights = [1.0 - b[0] - b[1], b[0], b[1]];
+        let mut point = Point::default();
+        if !p.uvs.is_empty() {
+            let uv = |read: fn(&UvRecord) -> [f32; 2]| -> DVec2 {
+                (0..3).map(|k| weights[k] * DVec2::from(read(&p.uvs[corners[k]]).map(f64::from))).sum()
+            };
+            point.uvs = [uv(|r| r.uv0), uv(|r| r.uv1)];
+        }
+        if !p.colors.is_empty() {
+            let channel = |c: usize| (0..3).map(|k| weights[k] * f64::from(p.colors[corners[k]].rgba[c])).sum();
+            point.color = [0, 1, 2, 3].map(channel);
+        }
+        point
+    }
+
+    /// What patterns read where the sphere's outward normal is `normal`.
+    fn sphere_point(&self, sphere: &SphereRecord, normal: DVec3) -> Point {
+        let [x, y, z, w] = sphere.rotation.map(f64::from);
+        let local = glam::DQuat::from_xyzw(x, y, z, w).normalize() * normal;
+        let u = 0.5 + local.x.atan2(-local.z) / std::f64::consts::TAU;
+        let v = local.y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
+        Point { uvs: [DVec2::new(u, v); 2], ..Point::default() }
+    }
+
+    fn point(&self, ray: &Ray, hit: &Hit) -> Point {
+        match self.triangle(hit.primitive) {
+            Some(t) => self.face_point(t.face, hit.barycentric),
+            None => {
+                let sphere = self.sphere(hit.primitive);
+                self.sphere_point(sphere, (ray.at(hit.t) - vec(sphere.center)).normalize())
+            }
+        }
+    }
+
+    /// Radiance of the material, shown to a direction (towards the surface) that sees its front or back.
+    fn emission(&self, material: &MaterialRecord, point: &Point, is_front: bool) -> DVec3 {
+        let shines =
+            material.flags & MATERIAL_EMITS != 0 && (is_front || material.flags & MATERIAL_EMITS_TWO_SIDED != 0);
+        if shines {
+            rgb(self.evaluate(material.emission_pattern, material.emission_data, point, 0))
+        } else {
+            DVec3::ZERO
+        }
+    }
+
+    fn sky_view(&self) -> SkyView<'_> {
+        let p = &self.prepared;
+        SkyView { sky: &p.sky, texels: &p.sky_texels, alias: &p.sky_alias }
+    }
+
+    fn pmf(&self, light: u32) -> f64 {
+        self.prepared.lights.get(light as usize).map_or(0.0, |l| l.pmf.into())
+    }
+}
+
+fn rgb(v: [f64; 4]) -> DVec3 {
+    DVec3::new(v[0], v[1], v[2])
+}
+
+impl World for Replay {
+    type Stream = Stream;
+
+    fn size(&self) -> [u32; 2] {
+        [self.prepared.width, self.prepared.height]
+    }
+
+    fn stream(&self, seed: u32, pixel: [u32; 2], sample: u64) -> Stream {
+        Stream::new(self.sampler, seed, pixel[1] * self.prepared.width + pixel[0], sample as u32)
+    }
+
+    fn camera_ray(&self, film: DVec2) -> (DVec3, DVec3) {
+        let c = &self.prepared.camera;
+        let x = film.x * f64::from(c.inv_width) - 1.0;
+        let y = 1.0 - film.y * f64::from(c.inv_height);
+        (DVec3::ZERO, (vec(c.forward) + x * vec(c.right) + y * vec(c.up)).normalize())
+    }
+
+    fn camera_medium(&self) -> u32 {
+        self.prepared.camera.medium
+    }
+
+    fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    fn has_alpha(&self) -> bool {
+        self.has_alpha
+    }
+
+    fn presence(&self, ray: &Ray, hit: &Hit) -> f64 {
+        let material = self.material(hit.primitive);
+        if material.flags & (MATERIAL_MASK | MATERIAL_BLEND) == 0 {
+            return 1.0;
+        }
+        self.alpha(material, &self.point(ray, hit))
+    }
+
+    fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        let p = &self.prepared;
+        let material = self.material(hit.primitive);
+        let point = self.point(ray, hit);
+        let (position, geometric_normal, normal, tangent) = match self.triangle(hit.primitive) {
+            Some(t) => {
+                let v = [t.v0, t.v1, t.v2].map(vec);
+                let ng = (v[1] - v[0]).cross(v[2] - v[0]).normalize_or_zero();
+                let weights = [1.0 - hit.barycentric[0] - hit.barycentric[1], hit.barycentric[0], hit.barycentric[1]];
+                let face = &p.faces[t.face as usize];
+                let corners = face.vertices.map(|v| v as usize);
+                let mean = |read: &dyn Fn(usize) -> [f32; 3]| -> DVec3 {
+                    (0..3).map(|k| weights[k] * vec(read(corners[k]))).sum()
+                };
+                // 1e-6: opposite vertex normals may cancel down to rounding.
+                let is_smooth = face.flags & FACE_SMOOTH != 0 && !p.normals.is_empty();
+                let smooth = if is_smooth { mean(&|i| p.normals[i].normal) } else { DVec3::ZERO };
+                let normal = if smooth.length() > 1e-6 { smooth.normalize() } else { ng };
+                let has_tangent = face.flags & FACE_TANGENTS != 0 && !p.tangents.is_empty();
+                let tangent = has_tangent.then(|| {
+                    let handedness = p.normals.get(corners[0]).map_or(1.0, |n| f64::from(n.handedness));
+                    (mean(&|i| p.tangents[i].tangent), handedness)
+                });
+                (weights[0] * v[0] + weights[1] * v[1] + weights[2] * v[2], ng, normal, tangent)
+            }
+            None => {
+                let sphere = self.sphere(hit.primitive);
+                let position = ray.at(hit.t);
+                let ng = (position - vec(sphere.center)).normalize();
+                let [x, y, z, w] = sphere.rotation.map(f64::from);
+                let axis = glam::DQuat::from_xyzw(x, y, z, w).normalize().conjugate() * DVec3::Y;
+                // Towards growing u.
+                let tangent = (!p.tangents.is_empty()).then(|| (ng.cross(axis), 1.0));
+                (position, ng, ng, tangent)
+            }
+        };
+        let model = &MODELS[material.bsdf as usize];
+        let mut inputs = [DVec3::ZERO; 32];
+        for (k, (slot, input)) in inputs.iter_mut().zip(model.inputs).enumerate() {
+            let v = self.evaluate(material.pattern, material.data, &point, k);
+            *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
+        }
+        let normal_map = (material.flags & MATERIAL_NORMAL_MAP != 0).then(|| {
+            let n = 2.0 * rgb(self.evaluate(material.normal_pattern, material.normal_data, &point, 0)) - 1.0;
+            let scale = f64::from(material.normal_scale);
+            DVec3::new(scale * n.x, scale * n.y, n.z)
+        });
+        let transmits = material.flags & MATERIAL_TRANSMITS != 0;
+        Surface {
+            point: position,
+            geometric_normal,
+            normal,
+            tangent,
+            normal_map,
+            params: Params::from_inputs(material.bsdf as usize, &inputs[..model.inputs.len()]),
+            transmits,
+            emission: self.emission(material, &point, ray.direction.dot(geometric_normal) < 0.0),
+            boundary: (transmits && material.flags & MATERIAL_THIN == 0).then_some(material.interior),
+        }
+    }
+
+    fn absorption(&self, medium: u32) -> DVec3 {
+        vec(self.prepared.media[medium as usize].absorption)
+    }
+
+    fn sky(&self, direction: DVec3) -> DVec3 {
+        if self.prepared.has_sky { self.sky_view().radiance(direction) } else { DVec3::ZERO }
+    }
+
+    fn sky_density(&self, direction: DVec3, _: Estimator) -> f64 {
+        match self.prepared.sky.light {
+            NONE => 0.0,
+            light => self.pmf(light) * self.sky_view().pdf(direction),
+        }
+    }
+
+    fn emitter_density(&self, ray: &Ray, hit: &Hit) -> f64 {
+        let light = self.light(hit.primitive);
+        let Some(record) = self.prepared.lights.get(light as usize) else { return 0.0 };
+        let density = match record.kind {
+            LIGHT_TRIANGLE => {
+                let v = [record.a, record.b, record.c].map(vec);
+                triangle::pdf(ray.origin, v, ray.direction, hit.t)
+            }
+            LIGHT_SPHERE => sphere::pdf(ray.origin, vec(record.a), record.b[0].into()),
+            _ => 0.0,
+        };
+        self.pmf(light) * density
+    }
+
+    fn sample_light(&self, point: DVec3, random: &Stream, vertex: u32, _: Estimator) -> Option<LightSample> {
+        let p = &self.prepared;
+        let word = |purpose| random.bits(vertex, purpose);
+        let count = p.lights.len() as u32;
+        if count == 0 {
+            return None;
+        }
+        let index =
+            alias::choose_record(&p.light_alias, count, word(sampler::LIGHT_INDEX), word(sampler::LIGHT_FRACTION));
+        let light = &p.lights[index as usize];
+        let pmf = self.pmf(index);
+        let u = [random.unit(vertex, sampler::LIGHT_U), random.unit(vertex, sampler::LIGHT_V)];
+        let sample = match light.kind {
+            LIGHT_TRIANGLE => {
+                let v = [light.a, light.b, light.c].map(vec);
+                let s = triangle::sample(point, v, u);
+                let material = &p.materials[light.material as usize];
+                let place = self.face_point(light.shape, [s.b1, s.b2]);
+                let is_front = s.wi.dot((v[1] - v[0]).cross(v[2] - v[0])) < 0.0;
+                LightSample {
+                    direction: s.wi,
+                    distance: s.distance,
+                    radiance: self.emission(material, &place, is_front) * self.alpha(material, &place),
+                    density: pmf * s.pdf,
+                    primitive: light.shape,
+                }
+            }
+            LIGHT_SPHERE => {
+                let (center, radius) = (vec(light.a), f64::from(light.b[0]));
+                let s = sphere::sample(point, center, radius, u);
+                let record = &p.spheres[light.shape as usize];
+                let material = &p.materials[light.material as usize];
+                let place = self.sphere_point(record, (point + s.distance * s.wi - center).normalize());
+                let is_front = sphere::is_outside(point, center, radius);
+                LightSample {
+                    direction: s.wi,
+                    distance: s.distance,
+                    radiance: self.emission(material, &place, is_front) * self.alpha(material, &place),
+                    density: pmf * s.pdf,
+                    primitive: record.primitive,
+                }
+            }
+            _ => {
+                let s = self.sky_view().sample(word(sampler::SKY_INDEX), word(sampler::SKY_FRACTION), u);
+                LightSample {
+                    direction: s.wi,
+                    distance: f64::INFINITY,
+                    radiance: s.radiance,
+                    density: pmf * s.pdf,
+                    primitive: NONE,
+                }
+            }
+        };
+        (sample.density > 0.0).then_some(sample)
+    }
+}
