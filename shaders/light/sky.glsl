@@ -1,5 +1,5 @@
 // Light from infinitely far away: a lat-long image (SKY_IMAGE 1) or the same radiance everywhere (0). Maths in src/light/sky.rs.
-// Reads tables sky (one SkyRecord), and with an image sky_texels and sky_alias. After core/ and light/choose.glsl.
+// Reads tables sky (one SkyRecord), and with an image sky_texels and sky_alias. After core/ and light/alias.glsl.
 struct SkySample {
     vec3 wi;
     Spectrum radiance;
@@ -52,6 +52,12 @@ float sky_pdf(vec3 d) {
     return SkyTexelRecord_load_sky_texels(cell.y * sky.width + cell.x).cell_pdf;
 }
 
+#if LIGHT_SKIES
+uint alias_choose_sky(uint index_word, uint fraction_word, uint cell_count) {
+    uint entry = alias_entry(index_word, cell_count);
+    return alias_pick(sky_alias_row(entry >> 1), entry, fraction_word);
+}
+
 // Uniform in solid angle over a cell, in the image's frame: s = sin^2(theta/2), counted from the nearer pole, is uniform.
 vec3 sky_direction_in_cell(SkyRecord sky, uint column, uint row, vec2 u) {
     bool is_lower = 2u * row >= sky.height;
@@ -82,6 +88,7 @@ SkySample sky_sample(uint index_word, uint fraction_word, vec2 u) {
     s.pdf = SkyTexelRecord_load_sky_texels(cell).cell_pdf;
     return s;
 }
+#endif
 #else
 Spectrum sky_radiance(vec3 d) {
     return SkyRecord_load_sky(0u).scale;

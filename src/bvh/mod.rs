@@ -3,12 +3,32 @@
 //! A node is 7 rows (112 bytes): rows 0..=5 hold min x, max x, min y, max y, min z, max z of the four children, row 6 the four
 //! child words. Child word: 0 = empty; bit 31 set = leaf, bits 30..29 kind (0 triangles, 1 spheres), bits 28..26 count - 1,
 //! bits 25..0 first primitive in leaf order of that kind; else the index of an inner node (never 0, which is the root).
+//! An empty slot's box is inside out (+inf, -inf), which no ray enters. There is always a root, even of an empty scene.
+//! `shaders/bvh/traverse.glsl` walks it on the device, `traverse` in Rust; `validate` states what both rely on.
+
+pub mod brute;
+mod build;
+mod sah;
+pub mod traverse;
+pub mod validate;
+mod wide;
+
+pub use build::build;
 
 pub const CHILD_EMPTY: u32 = 0;
 pub const LEAF_BIT: u32 = 1 << 31;
 pub const LEAF_KIND_SHIFT: u32 = 29;
 pub const LEAF_COUNT_SHIFT: u32 = 26;
 pub const LEAF_FIRST_MASK: u32 = (1 << 26) - 1;
+pub const KIND_TRIANGLE: u32 = 0;
+pub const KIND_SPHERE: u32 = 1;
+/// What a leaf word can number.
+pub const MAX_PRIMITIVES: usize = 1 << 26;
+/// What three bits can count.
+pub const MAX_LEAF: usize = 8;
+/// Largest coordinate and radius kept: products of two differences of them, and the error-free split of such a product,
+/// must stay finite in f32 (shaders/bvh/triangle.glsl).
+pub const MAX_COORDINATE: f32 = (1u64 << 60) as f32;
 
 /// Axis-aligned boxes of four children and where they lead. 112 bytes.
 #[repr(C)]
@@ -23,13 +43,70 @@ pub struct Node4 {
     pub child: [u32; 4],
 }
 
+impl Node4 {
+    /// Four empty slots.
+    pub const EMPTY: Node4 = Node4 {
+        min_x: [f32::INFINITY; 4],
+        max_x: [f32::NEG_INFINITY; 4],
+        min_y: [f32::INFINITY; 4],
+        max_y: [f32::NEG_INFINITY; 4],
+        min_z: [f32::INFINITY; 4],
+        max_z: [f32::NEG_INFINITY; 4],
+        child: [CHILD_EMPTY; 4],
+    };
+}
+
 /// The tree and the order it wants its primitives in.
 #[derive(Clone, Debug, Default)]
 pub struct Bvh {
     pub nodes: Vec<Node4>,
-    /// Leaf order: the i-th triangle in the table is input triangle `triangle_order[i]`.
+    /// Leaf order: the i-th triangle in the table is input triangle `triangle_order[i]`. Dropped triangles are absent.
     pub triangle_order: Vec<u32>,
     pub sphere_order: Vec<u32>,
     /// Longest path from the root in nodes: the traversal stack needs 3 entries a level.
     pub depth: u32,
+}
+
+impl Bvh {
+    /// Entries of the traversal stack (GLSL constant BVH_STACK): each node on a path leaves at most three siblings behind,
+    /// one entry below them says that the stack is empty, and one slot above is written but never kept.
+    pub fn stack_size(&self) -> u32 {
+        3 * self.depth + 2
+    }
+}
+
+/// What was dropped before the build.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct BuildReport {
+    /// Triangles on a line or a point, spheres of radius 0.
+    pub zero_area: usize,
+    /// A coordinate or radius is NaN or infinite; a radius below 0 counts here too.
+    pub non_finite: usize,
+    /// A coordinate or radius is larger than `MAX_COORDINATE`.
+    pub out_of_range: usize,
+}
+
+impl BuildReport {
+    pub fn dropped(&self) -> usize {
+        self.zero_area + self.non_finite + self.out_of_range
+    }
+}
+
+#[derive(Debug, thiserror::Error, PartialEq, Eq)]
+pub enum Error {
+    #[error(
+        "{count} primitives are more than the {MAX_PRIMITIVES} that a leaf word can number; split the scene or simplify its meshes"
+    )]
+    TooManyPrimitives { count: usize },
+}
+
+/// Word of a leaf of `count` (1..=8) primitives of a kind.
+pub fn leaf_word(kind: u32, first: usize, count: usize) -> u32 {
+    LEAF_BIT | kind << LEAF_KIND_SHIFT | ((count - 1) as u32) << LEAF_COUNT_SHIFT | first as u32
+}
+
+/// (kind, first, count) of a leaf word.
+pub fn leaf_range(word: u32) -> (u32, usize, usize) {
+    let count = (word >> LEAF_COUNT_SHIFT & 7) + 1;
+    (word >> LEAF_KIND_SHIFT & 3, (word & LEAF_FIRST_MASK) as usize, count as usize)
 }

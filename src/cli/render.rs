@@ -35,6 +35,8 @@ pub struct Args {
     /// auto, cpu, an index of `steradian devices`, or part of a name
     #[arg(long, value_name = "D", default_value = "auto")]
     device: String,
+    #[command(flatten)]
+    kernel: super::source::KernelArgs,
     /// Stops of exposure for .png
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = super::parse_finite)]
     exposure: f64,
@@ -64,7 +66,11 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let stops = stops(args, &scene, started, &mut notes);
 
     // Trace.
-    let mut source = super::source::open(&scene, &settings, &super::source::Options { device: &args.device })?;
+    let options = super::source::Options { device: &args.device, kernel: args.kernel.options() };
+    let opened = super::source::open(&scene, &settings, &options)?;
+    let mut source = opened.source;
+    seconds.bvh = opened.bvh_s;
+    notes.extend(opened.notes);
     notes.extend(source.describe().notes);
     notes.iter().for_each(say);
     let bar = Bar::new();

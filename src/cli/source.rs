@@ -1,25 +1,64 @@
 //! From `--device` to a sample source: a Vulkan device, or the double-precision reference on the CPU.
 
 use steradian::film::source::SampleSource;
-use steradian::gpu::{self, Choice, Selected};
+use steradian::gpu::renderer::{KernelOptions, Renderer};
+use steradian::gpu::{self, Choice, Device, Selected};
 use steradian::integrator::Settings;
+use steradian::prepare::{self, Prepared};
+use steradian::reference;
 use steradian::reference::independent::Independent;
-use steradian::reference::render::Renderer;
 use steradian::scene::Scene;
 
 /// What `render` and `bench` ask of a device.
 pub struct Options<'a> {
     pub device: &'a str,
+    pub kernel: KernelOptions,
 }
 
-/// Opens the device that `options` names.
-pub fn open<'a>(
-    scene: &'a Scene,
-    settings: &Settings,
-    options: &Options,
-) -> anyhow::Result<Box<dyn SampleSource + 'a>> {
-    match gpu::select(&Choice::from(options.device), &gpu::Options::default())? {
-        Selected::Vulkan(_) => anyhow::bail!("rendering on Vulkan is not built yet: use --device cpu"),
-        Selected::Cpu { .. } => Ok(Box::new(Renderer::new(Independent::new(scene), *settings))),
+/// How the kernel is made, as flags.
+#[derive(clap::Args)]
+pub struct KernelArgs {
+    /// Compiles every model, light and feature into the kernel, needed or not
+    #[arg(long)]
+    everything: bool,
+    /// Neither reads nor writes the cache of compiled kernels
+    #[arg(long)]
+    no_cache: bool,
+}
+
+impl KernelArgs {
+    pub fn options(&self) -> KernelOptions {
+        KernelOptions { everything: self.everything, no_cache: self.no_cache }
     }
+}
+
+/// A source, and what was learned on the way to it.
+pub struct Opened<'a> {
+    pub source: Box<dyn SampleSource + 'a>,
+    pub notes: Vec<String>,
+    pub bvh_s: f64,
+}
+
+/// Opens the device that `options` names and prepares `scene` for it.
+pub fn open<'a>(scene: &'a Scene, settings: &Settings, options: &Options) -> anyhow::Result<Opened<'a>> {
+    let selected = gpu::select(&Choice::from(options.device), &gpu::Options::default())?;
+    let prepared = prepare::prepare(scene, settings)?;
+    let (mut notes, bvh_s) = (prepared.notes.clone(), prepared.bvh_s);
+    let source: Box<dyn SampleSource + 'a> = match selected {
+        Selected::Vulkan(device) => Box::new(on_device(&device, &prepared, settings, &options.kernel)?),
+        Selected::Cpu { reason } => {
+            notes.extend(reason);
+            Box::new(reference::render::Renderer::new(Independent::new(scene), *settings))
+        }
+    };
+    Ok(Opened { source, notes, bvh_s })
+}
+
+fn on_device(
+    device: &Device,
+    prepared: &Prepared,
+    settings: &Settings,
+    kernel: &KernelOptions,
+) -> anyhow::Result<Renderer> {
+    Ok(Renderer::new(device, prepared, settings, kernel)?)
 }

@@ -14,6 +14,7 @@ mod info;
 mod instance;
 mod memory;
 mod pipeline;
+pub mod renderer;
 mod submit;
 mod table;
 #[cfg(test)]

@@ -2,17 +2,46 @@
 //!
 //! The world is rebased in f64 so that the camera stands at the origin; `Prepared::origin` is what was subtracted.
 
+pub mod features;
+pub mod geometry;
 pub mod lights;
+pub mod materials;
+pub mod pattern;
 pub mod records;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use crate::bvh::Bvh;
+use crate::bvh::{self, Bvh};
+use crate::integrator::{Estimator, Settings};
+use crate::scene::Scene;
+use pattern::Structure;
 use records::*;
+
+/// Why a scene cannot be resolved.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    #[error("the transform of '{instance}' {what}")]
+    Transform { instance: String, what: &'static str },
+    #[error("the scene has {count} {what}, more than the limit of {limit}; split it or simplify its meshes")]
+    TooMany { what: &'static str, count: usize, limit: usize },
+    #[error(
+        "the camera's {what}; give it a finite position, a direction and a field of view between 0 and 180 degrees"
+    )]
+    Camera { what: &'static str },
+    #[error("an image of {width}x{height} pixels cannot be rendered; both sides must be between 1 and 65536")]
+    Film { width: u32, height: u32 },
+    #[error(transparent)]
+    Bvh(#[from] bvh::Error),
+    #[error(transparent)]
+    Light(#[from] lights::LightError),
+}
 
 /// Everything a render needs, as plain values. Index conventions are stated at each record.
 #[derive(Clone, Debug, Default)]
 pub struct Prepared {
+    /// Image size in pixels.
+    pub width: u32,
+    pub height: u32,
     /// World position of the origin of all records (the camera's position).
     pub origin: DVec3,
     pub camera: CameraRecord,
@@ -26,7 +55,7 @@ pub struct Prepared {
     pub faces: Vec<FaceRecord>,
     /// By vertex number. Empty when no face has smooth normals.
     pub normals: Vec<NormalRecord>,
-    /// By vertex number. Empty when no normal map needs them.
+    /// By vertex number. Empty when no normal map or anisotropy needs them.
     pub tangents: Vec<TangentRecord>,
     /// By vertex number. Empty when nothing is textured.
     pub uvs: Vec<UvRecord>,
@@ -35,15 +64,188 @@ pub struct Prepared {
     pub materials: Vec<MaterialRecord>,
     /// Constants and texture references of the patterns, see `pattern`.
     pub material_data: Vec<[u32; 4]>,
+    /// The distinct pattern structures that the materials name.
+    pub structures: Vec<Structure>,
     pub textures: Vec<TextureRecord>,
     /// Texture pages: rows of 4 RGBA8 texels or 2 RGBA16F texels.
     pub texels: Vec<[u32; 4]>,
     pub lights: Vec<LightRecord>,
     /// Alias table over `lights`, proportional to power.
     pub light_alias: Vec<AliasRecord>,
+    /// Something shines from infinity.
+    pub has_sky: bool,
     pub sky: SkyRecord,
     /// Row-major texels of the lat-long sky, one row each. Empty for a uniform or absent sky.
     pub sky_texels: Vec<SkyTexelRecord>,
     pub sky_alias: Vec<AliasRecord>,
     pub media: Vec<MediumRecord>,
+    /// Macros of the models, and whether some material switches them on.
+    pub bsdf_macros: Vec<(&'static str, bool)>,
+    /// Seconds spent in the BVH build.
+    pub bvh_s: f64,
+    /// What was dropped or repaired on the way.
+    pub notes: Vec<String>,
+}
+
+/// Resolves `scene` for `settings`. Errors name the entity at fault.
+pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
+    let (width, height) = (scene.film.width, scene.film.height);
+    if !(1..=65536).contains(&width) || !(1..=65536).contains(&height) {
+        return Err(Error::Film { width, height });
+    }
+    let origin = scene.camera.to_world.translation;
+    let resolved = materials::resolve(scene);
+    let geometry = geometry::flatten(scene, origin, resolved.wanted)?;
+
+    let start = std::time::Instant::now();
+    let positions: Vec<[[f32; 3]; 3]> = geometry.triangles.iter().map(|t| [t.v0, t.v1, t.v2]).collect();
+    let balls: Vec<([f32; 3], f32)> = geometry.spheres.iter().map(|s| (s.center, s.radius)).collect();
+    let (tree, report) = bvh::build(&positions, &balls)?;
+    let bvh_s = start.elapsed().as_secs_f64();
+
+    let mut p = Prepared {
+        width,
+        height,
+        origin,
+        triangles: tree.triangle_order.iter().map(|&i| geometry.triangles[i as usize]).collect(),
+        spheres: tree.sphere_order.iter().map(|&i| geometry.spheres[i as usize]).collect(),
+        bvh: tree,
+        faces: geometry.faces,
+        normals: geometry.normals,
+        tangents: geometry.tangents,
+        uvs: geometry.uvs,
+        colors: geometry.colors,
+        materials: resolved.materials,
+        material_data: resolved.data,
+        structures: resolved.structures,
+        textures: resolved.textures,
+        texels: resolved.texels,
+        media: resolved.media,
+        bsdf_macros: resolved.macros,
+        bvh_s,
+        notes: resolved.notes,
+        ..Prepared::default()
+    };
+    if report.dropped() > 0 {
+        p.notes.push(format!(
+            "{} primitives were left out of the geometry: {} without area, {} not finite, {} out of range",
+            report.dropped(),
+            report.zero_area,
+            report.non_finite,
+            report.out_of_range
+        ));
+    }
+    if p.faces.is_empty() || p.triangles.iter().all(|t| p.faces[t.face as usize].flags & FACE_SMOOTH == 0) {
+        p.normals.clear();
+    }
+    if p.triangles.iter().all(|t| p.faces[t.face as usize].flags & FACE_TANGENTS == 0) {
+        p.tangents.clear();
+    }
+    p.camera = camera(scene)?;
+    p.camera.medium = materials::camera_medium(&p);
+    attach_lights(&mut p, scene, &resolved.emission, settings.estimator == Estimator::Mis)?;
+    Ok(p)
+}
+
+/// The camera's record: it stands at the origin, so only its axes remain.
+fn camera(scene: &Scene) -> Result<CameraRecord, Error> {
+    let c = &scene.camera;
+    if !c.to_world.is_finite() {
+        return Err(Error::Camera { what: "transform is not finite" });
+    }
+    if !(c.fov_y_rad > 0.0 && c.fov_y_rad < std::f64::consts::PI) {
+        return Err(Error::Camera { what: "field of view is out of range" });
+    }
+    let axes = c.to_world.matrix3;
+    let (forward, up) = ((-axes.z_axis).normalize_or_zero(), axes.y_axis.normalize_or_zero());
+    let right = forward.cross(up).normalize_or_zero();
+    if forward == DVec3::ZERO || right == DVec3::ZERO {
+        return Err(Error::Camera { what: "axes are degenerate" });
+    }
+    let up = right.cross(forward);
+    let size = DVec2::new(scene.film.width.into(), scene.film.height.into());
+    let half_height = (c.fov_y_rad * 0.5).tan();
+    Ok(CameraRecord {
+        forward: forward.as_vec3().to_array(),
+        inv_width: (2.0 / size.x) as f32,
+        right: (right * half_height * size.x / size.y).as_vec3().to_array(),
+        inv_height: (2.0 / size.y) as f32,
+        up: (up * half_height).as_vec3().to_array(),
+        medium: NONE,
+    })
+}
+
+/// Builds the light tables and tells each emissive primitive its row. Surfaces with alpha are left to the paths that run into them.
+fn attach_lights(p: &mut Prepared, scene: &Scene, emission: &[DVec3], compensate: bool) -> Result<(), Error> {
+    let shines = |material: u32| {
+        let flags = p.materials[material as usize].flags;
+        flags & MATERIAL_EMITS != 0 && flags & (MATERIAL_MASK | MATERIAL_BLEND) == 0
+    };
+    let is_two_sided = |material: u32| p.materials[material as usize].flags & MATERIAL_EMITS_TWO_SIDED != 0;
+    let triangle_rows: Vec<usize> = (0..p.triangles.len()).filter(|&i| shines(p.triangles[i].material)).collect();
+    let sphere_rows: Vec<usize> = (0..p.spheres.len()).filter(|&i| shines(p.spheres[i].material)).collect();
+    let triangles: Vec<lights::EmissiveTriangle> = triangle_rows
+        .iter()
+        .map(|&i| {
+            let TriangleRecord { v0, v1, v2, face, material, .. } = p.triangles[i];
+            let mean_radiance = emission[material as usize];
+            lights::EmissiveTriangle { v0, v1, v2, material, face, mean_radiance, two_sided: is_two_sided(material) }
+        })
+        .collect();
+    let spheres: Vec<lights::EmissiveSphere> = sphere_rows
+        .iter()
+        .map(|&i| {
+            let SphereRecord { center, radius, material, .. } = p.spheres[i];
+            // The light reads the sphere's record by its place in the table, which is leaf order.
+            let (sphere, mean_radiance) = (i as u32, emission[material as usize]);
+            lights::EmissiveSphere {
+                center,
+                radius,
+                material,
+                sphere,
+                mean_radiance,
+                two_sided: is_two_sided(material),
+            }
+        })
+        .collect();
+    let tables = lights::build(&lights::LightInput {
+        triangles: &triangles,
+        spheres: &spheres,
+        sky: scene.sky.as_ref().map(|s| (s, scene.images.as_slice())),
+        scene_radius: p.bounding_radius(),
+        compensate,
+    })?;
+    for (&row, &light) in triangle_rows.iter().zip(&tables.triangle_light) {
+        p.triangles[row].light = light;
+    }
+    for (&row, &light) in sphere_rows.iter().zip(&tables.sphere_light) {
+        p.spheres[row].light = light;
+    }
+    p.has_sky = tables.sky.light != NONE;
+    p.lights = tables.lights;
+    p.light_alias = tables.light_alias;
+    p.sky = tables.sky;
+    p.sky_texels = tables.sky_texels;
+    p.sky_alias = tables.sky_alias;
+    p.notes.extend(tables.notes);
+    Ok(())
+}
+
+impl Prepared {
+    /// Radius of a sphere about the box of all primitives, metres.
+    pub fn bounding_radius(&self) -> f64 {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut add = |v: [f32; 3], r: f32| {
+            let v = DVec3::from(v.map(f64::from));
+            low = low.min(v - f64::from(r));
+            high = high.max(v + f64::from(r));
+        };
+        for t in &self.triangles {
+            [t.v0, t.v1, t.v2].into_iter().for_each(|v| add(v, 0.0));
+        }
+        for s in &self.spheres {
+            add(s.center, s.radius);
+        }
+        if low.x <= high.x { 0.5 * (high - low).length() } else { 0.0 }
+    }
 }

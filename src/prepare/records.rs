@@ -5,6 +5,10 @@ use crate::gpu_record;
 /// No light, no medium, no row.
 pub const NONE: u32 = u32::MAX;
 
+/// `Hit.kind` of the traversal, and the kind of a leaf word.
+pub const HIT_TRIANGLE: u32 = 0;
+pub const HIT_SPHERE: u32 = 1;
+
 gpu_record! {
     /// Perspective camera at the origin. Camera ray through film position (x, y) in pixels, row 0 on top:
     /// `d = normalize(forward + (x * inv_size.x - 1) * right + (1 - y * inv_size.y) * up)`, inv_size = 2/(width, height).
@@ -82,22 +86,30 @@ gpu_record! {
 }
 
 gpu_record! {
+    /// Which generated functions evaluate the surface, and where their constants begin in `material_data`.
     pub struct MaterialRecord {
-        /// Number of the pattern structure (the generated function that fills the BSDF's inputs).
+        /// Number of the structure that fills the BSDF's inputs, and first row of its constants.
         pattern: u32,
-        /// First row of its constants in `material_data`.
         data: u32,
+        /// The same for emission, alpha and normal map; NONE where the material has none.
+        emission_pattern: u32,
+        emission_data: u32,
+        alpha_pattern: u32,
+        alpha_data: u32,
+        normal_pattern: u32,
+        normal_data: u32,
         /// Position in `bsdf::MODELS`.
         bsdf: u32,
         /// MATERIAL_* bits.
         flags: u32,
         /// For MATERIAL_MASK.
         alpha_cutoff: f32,
+        /// Factor on x and y of the normal map.
+        normal_scale: f32,
         /// Medium behind the surface, a row of `media`, or NONE.
         interior: u32,
         priority: u32,
-        /// Factor on x and y of the normal map.
-        normal_scale: f32,
+        reserved: [u32; 2],
     }
 }
 pub const MATERIAL_EMITS: u32 = 1;
@@ -107,6 +119,8 @@ pub const MATERIAL_BLEND: u32 = 8;
 /// The model transmits: the shading frame keeps the outside.
 pub const MATERIAL_TRANSMITS: u32 = 16;
 pub const MATERIAL_NORMAL_MAP: u32 = 32;
+/// Lets light through without a medium behind it.
+pub const MATERIAL_THIN: u32 = 64;
 
 gpu_record! {
     pub struct TextureRecord {

@@ -1,7 +1,10 @@
 //! From features to SPIR-V: records, GLSL text, compilation, reflection.
 
+pub mod assemble;
 pub mod cache;
 pub mod compile;
+pub mod dispatch;
 pub mod record;
 pub mod reflect;
 pub mod source;
+pub mod tables;

@@ -1,0 +1,55 @@
+// Whether anything lies on the ray: children in slot order, since the first hit ends the search and sorting costs more than it
+// saves. Stack and structure as in closest.glsl.
+
+bool trace_any(Ray ray, uint excluded_primitive) {
+    BoxRay boxes = box_ray(ray);
+#if HAS_TRIANGLES
+    TriangleRay sheared = triangle_ray(ray.o, ray.d);
+#endif
+    bool is_hit = false;
+    uint stack[BVH_STACK];
+    stack[0] = BVH_DONE;
+    uint top = 1u;
+    uint current = 0u;
+    while (current != BVH_DONE) {
+        while ((current & BVH_LEAF_BIT) == 0u) {
+            uint row = current * 7u;
+            vec4 t = box_entries(boxes, row, 0.0, ray.t_max);
+            uvec4 w = bvh_row(row + 6u);
+            stack[top] = w.x;
+            top += (t.x < INFINITY) ? 1u : 0u;
+            stack[top] = w.y;
+            top += (t.y < INFINITY) ? 1u : 0u;
+            stack[top] = w.z;
+            top += (t.z < INFINITY) ? 1u : 0u;
+            bool is_entered = t.w < INFINITY;
+            top -= is_entered ? 0u : 1u;
+            current = is_entered ? w.w : stack[top];
+        }
+        bool is_leaf = current != BVH_DONE;
+        uint first = leaf_first(current);
+        uint end = is_leaf ? leaf_end(current) : first;
+#if HAS_TRIANGLES
+        uint end_triangle = (leaf_kind(current) == 0u) ? end : first;
+        for (uint slot = first; slot < end_triangle; ++slot) {
+            TriangleRecord r = TriangleRecord_load_triangles(slot);
+            TriangleHit h = triangle_intersect(sheared, r.v0, r.v1, r.v2);
+            is_hit = is_hit || (h.t > 0.0 && h.t < ray.t_max && r.face != excluded_primitive);
+        }
+#endif
+#if HAS_SPHERES
+        uint end_sphere = (leaf_kind(current) == 1u) ? end : first;
+        for (uint slot = first; slot < end_sphere; ++slot) {
+            SphereRecord r = SphereRecord_load_spheres(slot);
+            SphereHit h = sphere_intersect(ray.o, ray.d, r.center, r.radius);
+            bool near = h.near > 0.0 && h.near < ray.t_max;
+            bool far = h.far > 0.0 && h.far < ray.t_max;
+            is_hit = is_hit || ((near || far) && r.primitive != excluded_primitive);
+        }
+#endif
+        uint popped = stack[top - 1u];
+        top -= (is_leaf && !is_hit) ? 1u : 0u;
+        current = (is_leaf && !is_hit) ? popped : BVH_DONE;
+    }
+    return is_hit;
+}

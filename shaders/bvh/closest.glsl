@@ -1,0 +1,96 @@
+// Nearest hit, ordered by (t, primitive) so that the answer does not depend on the order of the visits.
+//
+// While-while over BVH4 nodes (Aila, Laine 2009, "Understanding the efficiency of ray traversal on GPUs"), nearest child first,
+// the others on a stack of BVH_STACK entries (`Bvh::stack_size`), which no tree can outgrow. Written without early exits: on
+// lavapipe a branch is never skipped. HAS_TRIANGLES and HAS_SPHERES leave out what the scene lacks.
+
+void sort_pair(inout float t0, inout uint w0, inout float t1, inout uint w1) {
+    bool swap = t1 < t0;
+    float t = swap ? t0 : t1;
+    uint w = swap ? w0 : w1;
+    t0 = swap ? t1 : t0;
+    w0 = swap ? w1 : w0;
+    t1 = t;
+    w1 = w;
+}
+
+// Replaces `best` when the candidate lies after (t_after, primitive_after) and before `best`.
+void offer_hit(inout Hit best, Hit candidate, float t_after, uint primitive_after) {
+    bool is_after = (candidate.t > t_after) || (candidate.t == t_after && candidate.primitive > primitive_after);
+    bool is_nearer = (candidate.t < best.t) || (candidate.t == best.t && candidate.primitive < best.primitive);
+    bool take = is_after && is_nearer;
+    best.t = take ? candidate.t : best.t;
+    best.b1 = take ? candidate.b1 : best.b1;
+    best.b2 = take ? candidate.b2 : best.b2;
+    best.kind = take ? candidate.kind : best.kind;
+    best.slot = take ? candidate.slot : best.slot;
+    best.primitive = take ? candidate.primitive : best.primitive;
+}
+
+// Start with t_after = 0, primitive_after = NO_HIT; go on with those of the last hit. t = INFINITY when missed.
+Hit trace_closest_from(Ray ray, float t_after, uint primitive_after) {
+    BoxRay boxes = box_ray(ray);
+#if HAS_TRIANGLES
+    TriangleRay sheared = triangle_ray(ray.o, ray.d);
+#endif
+    Hit best = Hit(ray.t_max, 0.0, 0.0, NO_HIT, NO_HIT, 0u);
+    // Boxes well behind the last hit are skipped; the margin is far above the rounding of a hit's distance.
+    float t_min = 0.999 * t_after;
+    uint stack[BVH_STACK];
+    stack[0] = BVH_DONE;
+    uint top = 1u;
+    uint current = 0u;
+    while (current != BVH_DONE) {
+        while ((current & BVH_LEAF_BIT) == 0u) {
+            uint row = current * 7u;
+            vec4 t = box_entries(boxes, row, t_min, best.t);
+            uvec4 w = bvh_row(row + 6u);
+            sort_pair(t.x, w.x, t.y, w.y);
+            sort_pair(t.z, w.z, t.w, w.w);
+            sort_pair(t.x, w.x, t.z, w.z);
+            sort_pair(t.y, w.y, t.w, w.w);
+            sort_pair(t.y, w.y, t.z, w.z);
+            uint popped = stack[top - 1u];
+            stack[top] = w.w;
+            top += (t.w < INFINITY) ? 1u : 0u;
+            stack[top] = w.z;
+            top += (t.z < INFINITY) ? 1u : 0u;
+            stack[top] = w.y;
+            top += (t.y < INFINITY) ? 1u : 0u;
+            bool is_entered = t.x < INFINITY;
+            current = is_entered ? w.x : popped;
+            top -= is_entered ? 0u : 1u;
+        }
+        bool is_leaf = current != BVH_DONE;
+        uint first = leaf_first(current);
+        uint end = is_leaf ? leaf_end(current) : first;
+#if HAS_TRIANGLES
+        uint end_triangle = (leaf_kind(current) == 0u) ? end : first;
+        for (uint slot = first; slot < end_triangle; ++slot) {
+            TriangleRecord r = TriangleRecord_load_triangles(slot);
+            TriangleHit h = triangle_intersect(sheared, r.v0, r.v1, r.v2);
+            offer_hit(best, Hit(h.t, h.b1, h.b2, 0u, slot, r.face), t_after, primitive_after);
+        }
+#endif
+#if HAS_SPHERES
+        uint end_sphere = (leaf_kind(current) == 1u) ? end : first;
+        for (uint slot = first; slot < end_sphere; ++slot) {
+            SphereRecord r = SphereRecord_load_spheres(slot);
+            SphereHit h = sphere_intersect(ray.o, ray.d, r.center, r.radius);
+            offer_hit(best, Hit(h.near, 0.0, 0.0, 1u, slot, r.primitive), t_after, primitive_after);
+            offer_hit(best, Hit(h.far, 0.0, 0.0, 1u, slot, r.primitive), t_after, primitive_after);
+        }
+#endif
+        uint popped = stack[top - 1u];
+        top -= is_leaf ? 1u : 0u;
+        current = is_leaf ? popped : BVH_DONE;
+    }
+    bool is_hit = best.kind != NO_HIT;
+    best.t = is_hit ? best.t : INFINITY;
+    best.primitive = is_hit ? best.primitive : NO_HIT;
+    return best;
+}
+
+Hit trace_closest(Ray ray) {
+    return trace_closest_from(ray, 0.0, NO_HIT);
+}

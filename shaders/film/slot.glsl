@@ -1,0 +1,20 @@
+// Writes a slot: the block's sums at one pixel. Layout and encoders come from src/film/slot.rs.
+void slot_write(uint slot, Spectrum sum, Tally t) {
+    uvec2 ledger = uvec2(0u);
+    ledger = ledger_count(ledger, LEDGER_NAN, t.nan);
+    ledger = ledger_count(ledger, LEDGER_INF, t.infinite);
+    ledger = ledger_count(ledger, LEDGER_NEGATIVE, t.negative);
+    ledger = ledger_count(ledger, LEDGER_DISAGREE, t.disagree);
+    ledger = ledger_count(ledger, LEDGER_DEPTH, t.depth);
+    SlotRecord r = SlotRecord(sum, t.rays, ledger.x, ledger.y, t.lost_energy, t.first_bad);
+#if AOVS
+    uint row = slot * (SLOT_ROWS + AOV_ROWS);
+    AovSlotRecord a = AovSlotRecord(t.albedo, t.distance, t.normal, uint(t.hits));
+    slots.rows[row + SLOT_ROWS] = AovSlotRecord_row0(a);
+    slots.rows[row + SLOT_ROWS + 1u] = AovSlotRecord_row1(a);
+#else
+    uint row = slot * SLOT_ROWS;
+#endif
+    slots.rows[row] = SlotRecord_row0(r);
+    slots.rows[row + 1u] = SlotRecord_row1(r);
+}

@@ -1,0 +1,35 @@
+// The lecture's reflection equation: emission seen directly plus one bounce, without roulette. See src/integrator/direct.rs.
+// Returns true after the first edge only.
+bool integrator_step(inout PathState s, inout Tally tally) {
+    Hit hit = trace_path(s.ray, s.hash, s.edge);
+    tally.rays += 1u;
+    s.edge += 1u;
+    bool is_hit = hit.kind != NO_HIT;
+#if HAS_MEDIA
+    s.throughput *= medium_transmittance(s.medium, hit.t);
+#endif
+    bool goes_on = false;
+    if (is_hit) {
+        Surface surface = surface_load(hit, s.ray);
+        MaterialRecord material = MaterialRecord_load_materials(surface.material);
+#if HAS_EMISSION
+        add_emission(s, surface, material, hit.t);
+#endif
+        if (s.edge < 2u) {
+            Shading shading = shading_load(s, surface, material, tally);
+#if AOVS
+            tally_surface(tally, s, surface, shading, hit.t);
+#endif
+#if NEXT_EVENT
+            tally.rays += add_next_event(s, surface, material, shading);
+#endif
+            goes_on = scatter(s, surface, material, shading, tally);
+        }
+    }
+#if HAS_SKY
+    if (!is_hit) {
+        add_sky(s);
+    }
+#endif
+    return goes_on;
+}

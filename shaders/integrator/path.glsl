@@ -1,0 +1,38 @@
+// Progressive path tracing: one call traces one edge and treats the vertex at its end. See src/integrator/path.rs.
+// Returns true while the path goes on.
+bool integrator_step(inout PathState s, inout Tally tally) {
+    Hit hit = trace_path(s.ray, s.hash, s.edge);
+    tally.rays += 1u;
+    s.edge += 1u;
+    bool is_hit = hit.kind != NO_HIT;
+#if HAS_MEDIA
+    s.throughput *= medium_transmittance(s.medium, hit.t);
+#endif
+    bool goes_on = false;
+    if (is_hit) {
+        Surface surface = surface_load(hit, s.ray);
+        MaterialRecord material = MaterialRecord_load_materials(surface.material);
+#if HAS_EMISSION
+        add_emission(s, surface, material, hit.t);
+#endif
+        Shading shading = shading_load(s, surface, material, tally);
+#if AOVS
+        tally_surface(tally, s, surface, shading, hit.t);
+#endif
+        if (s.edge < MAX_DEPTH) {
+#if NEXT_EVENT
+            tally.rays += add_next_event(s, surface, material, shading);
+#endif
+            goes_on = scatter(s, surface, material, shading, tally);
+            goes_on = roulette_survives(s) && goes_on;
+        } else {
+            tally_depth(tally, s, shading);
+        }
+    }
+#if HAS_SKY
+    if (!is_hit) {
+        add_sky(s);
+    }
+#endif
+    return goes_on;
+}

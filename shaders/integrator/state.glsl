@@ -1,0 +1,50 @@
+// What a path carries from vertex to vertex, and what its slot collects. Shader functions take it whole, so that one loop and a
+// split plan can both be made from them.
+
+struct PathState {
+    Ray ray;
+    Spectrum throughput;
+    Spectrum radiance;
+    float pdf;        // of the last direction, 1/sr; 0 after the camera or a delta lobe: emission then counts whole
+    float eta_scale;  // product of refraction's factors in the throughput
+    uint edge;        // edges traced so far; also the vertex the ray leaves
+    uint hash;        // of (pixel, sample, seed), for randomness at a hit
+    SampleId id;
+#if HAS_MEDIA
+    uint medium;
+#endif
+};
+
+// Sums over the samples of a slot; the layout written out is src/film/slot.rs.
+struct Tally {
+    uint rays;
+    uint nan;
+    uint infinite;
+    uint negative;
+    uint disagree;
+    uint depth;
+    float lost_energy;
+    uint first_bad;
+#if AOVS
+    Spectrum albedo;
+    vec3 normal;
+    float distance;
+    float hits;
+#endif
+};
+
+uint path_word(PathState s, uvec2 purpose) {
+    return sample_u32(s.id, s.edge, purpose);
+}
+
+#if HAS_MEDIA
+// Beer-Lambert transmittance of `medium` over `distance` metres. 0 * infinity does not arise: a miss inside a medium transmits 0
+// where it absorbs and 1 where it does not.
+Spectrum medium_transmittance(uint medium, float distance) {
+    bool is_inside = medium != NONE;
+    Spectrum absorption = MediumRecord_load_media(is_inside ? medium : 0u).absorption;
+    Spectrum depth = absorption * min(distance, 3.0e38);
+    Spectrum through = Spectrum(m_exp(-depth.x), m_exp(-depth.y), m_exp(-depth.z));
+    return is_inside ? through : Spectrum(1.0);
+}
+#endif

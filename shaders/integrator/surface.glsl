@@ -1,0 +1,130 @@
+// From a hit to a surface point: position with its error, normals, uv, colour, material. Rules of the frame: src/integrator/path.rs.
+
+struct Surface {
+    vec3 p;
+    vec3 error;  // bound on the rounding error of p, per component
+    vec3 ng;     // geometric normal, front side
+    vec3 ns;     // shading normal before normal mapping, on ng's side
+    vec4 tangent;  // xyz, handedness in w; 0 where there is none
+    SurfacePoint point;
+    uint material;
+    uint light;
+};
+
+#if HAS_TRIANGLES
+SurfacePoint triangle_point_data(FaceRecord face, float b1, float b2) {
+    SurfacePoint point = SurfacePoint(vec2(0.0), vec2(0.0), vec4(1.0));
+    float b0 = 1.0 - b1 - b2;
+#if HAS_UVS
+    UvRecord a = UvRecord_load_uvs(face.vertices.x);
+    UvRecord b = UvRecord_load_uvs(face.vertices.y);
+    UvRecord c = UvRecord_load_uvs(face.vertices.z);
+    point.uv0 = a.uv0 * b0 + b.uv0 * b1 + c.uv0 * b2;
+    point.uv1 = a.uv1 * b0 + b.uv1 * b1 + c.uv1 * b2;
+#endif
+#if HAS_COLORS
+    point.color = ColorRecord_load_colors(face.vertices.x).rgba * b0
+        + ColorRecord_load_colors(face.vertices.y).rgba * b1
+        + ColorRecord_load_colors(face.vertices.z).rgba * b2;
+#endif
+    return point;
+}
+#endif
+
+#if HAS_SPHERES
+vec3 quaternion_rotate(vec4 q, vec3 v) {
+    return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v);
+}
+
+SurfacePoint sphere_point_data(SphereRecord sphere, vec3 n) {
+    SurfacePoint point = SurfacePoint(vec2(0.0), vec2(0.0), vec4(1.0));
+#if HAS_UVS
+    vec3 l = quaternion_rotate(sphere.rotation, n);
+    point.uv0 = vec2(m_atan2(l.x, -l.z) * INV_TWO_PI + 0.5, m_acos(clamp(l.y, -1.0, 1.0)) * INV_PI);
+    point.uv1 = point.uv0;
+#endif
+    return point;
+}
+#endif
+
+#if HAS_ALPHA
+// Material and pattern data of a hit, as far as alpha needs them.
+SurfacePoint hit_point_data(Hit hit, Ray ray, out uint material) {
+    SurfacePoint point = SurfacePoint(vec2(0.0), vec2(0.0), vec4(1.0));
+    material = 0u;
+#if HAS_TRIANGLES
+    if (hit.kind == HIT_TRIANGLE) {
+        TriangleRecord triangle = TriangleRecord_load_triangles(hit.slot);
+        material = triangle.material;
+        point = triangle_point_data(FaceRecord_load_faces(triangle.face), hit.b1, hit.b2);
+    }
+#endif
+#if HAS_SPHERES
+    if (hit.kind == HIT_SPHERE) {
+        SphereRecord sphere = SphereRecord_load_spheres(hit.slot);
+        material = sphere.material;
+        point = sphere_point_data(sphere, sphere_normal(ray.o + hit.t * ray.d, sphere.center));
+    }
+#endif
+    return point;
+}
+#endif
+
+Surface surface_load(Hit hit, Ray ray) {
+    Surface s;
+    s.p = ray.o;
+    s.error = vec3(0.0);
+    s.ng = -ray.d;
+    s.ns = -ray.d;
+    s.tangent = vec4(0.0);
+    s.point = SurfacePoint(vec2(0.0), vec2(0.0), vec4(1.0));
+    s.material = 0u;
+    s.light = NONE;
+#if HAS_TRIANGLES
+    if (hit.kind == HIT_TRIANGLE) {
+        TriangleRecord triangle = TriangleRecord_load_triangles(hit.slot);
+        s.material = triangle.material;
+        s.light = triangle.light;
+        s.p = triangle_point(triangle.v0, triangle.v1, triangle.v2, hit.b1, hit.b2, s.error);
+        s.ng = triangle_normal(triangle.v0, triangle.v1, triangle.v2);
+        s.ns = s.ng;
+        FaceRecord face = FaceRecord_load_faces(triangle.face);
+        s.point = triangle_point_data(face, hit.b1, hit.b2);
+#if HAS_NORMALS
+        NormalRecord n0 = NormalRecord_load_normals(face.vertices.x);
+        float b0 = 1.0 - hit.b1 - hit.b2;
+        vec3 n = n0.normal * b0 + NormalRecord_load_normals(face.vertices.y).normal * hit.b1
+            + NormalRecord_load_normals(face.vertices.z).normal * hit.b2;
+        float length2 = dot(n, n);
+        // Opposite vertex normals may cancel (1e-12: all digits gone): then the geometric normal stands.
+        bool is_smooth = (face.flags & FACE_SMOOTH) != 0u && length2 > 1e-12;
+        n = n * inversesqrt(max(length2, 1e-30));
+        n = dot(n, s.ng) < 0.0 ? -n : n;
+        s.ns = is_smooth ? n : s.ng;
+#if HAS_TANGENTS
+        vec3 t = TangentRecord_load_tangents(face.vertices.x).tangent * b0
+            + TangentRecord_load_tangents(face.vertices.y).tangent * hit.b1
+            + TangentRecord_load_tangents(face.vertices.z).tangent * hit.b2;
+        s.tangent = (face.flags & FACE_TANGENTS) != 0u ? vec4(t, n0.handedness) : vec4(0.0);
+#endif
+#endif
+    }
+#endif
+#if HAS_SPHERES
+    if (hit.kind == HIT_SPHERE) {
+        SphereRecord sphere = SphereRecord_load_spheres(hit.slot);
+        s.material = sphere.material;
+        s.light = sphere.light;
+        s.ng = sphere_normal(ray.o + hit.t * ray.d, sphere.center);
+        s.p = sphere_point(s.ng, sphere.center, sphere.radius, s.error);
+        s.ns = s.ng;
+        s.point = sphere_point_data(sphere, s.ng);
+#if HAS_TANGENTS
+        // Towards growing u: the derivative of the point by the azimuth about the sphere's own y axis.
+        vec3 axis = quaternion_rotate(vec4(-sphere.rotation.xyz, sphere.rotation.w), vec3(0.0, 1.0, 0.0));
+        s.tangent = vec4(cross(s.ng, axis), 1.0);
+#endif
+    }
+#endif
+    return s;
+}

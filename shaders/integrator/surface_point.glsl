@@ -1,0 +1,6 @@
+// What patterns may read.
+struct SurfacePoint {
+    vec2 uv0;
+    vec2 uv1;
+    vec4 color;
+};

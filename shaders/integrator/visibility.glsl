@@ -1,0 +1,55 @@
+// Which surfaces are there for a path: alpha on top of traversal. Randomness at a hit hashes (path, vertex, ray kind, primitive),
+// never the order of visits.
+
+#if HAS_ALPHA
+// More layers than this are taken as opaque; a scene that needs more shows it in the image test of alpha layers.
+const uint ALPHA_LAYERS = 4096u;
+const uint RAY_CLOSEST = 0u;
+const uint RAY_SHADOW = 1u;
+
+bool alpha_is_present(Hit hit, Ray ray, uint path_hash, uint vertex, uint ray_kind) {
+    uint material_index;
+    SurfacePoint point = hit_point_data(hit, ray, material_index);
+    MaterialRecord material = MaterialRecord_load_materials(material_index);
+    float alpha = material_alpha(material, point);
+    uint word = hash_combine(hash_combine(path_hash, vertex * 2u + ray_kind), hit.primitive);
+    bool is_masked = (material.flags & MATERIAL_MASK) != 0u;
+    bool is_blended = (material.flags & MATERIAL_BLEND) != 0u;
+    bool blend_present = alpha >= 1.0 || word < probability_threshold(clamp(alpha, 0.0, 1.0));
+    return is_masked ? alpha >= material.alpha_cutoff : (!is_blended || blend_present);
+}
+#endif
+
+// Nearest surface that is there for this path.
+Hit trace_path(Ray ray, uint path_hash, uint vertex) {
+    Hit hit = trace_closest_from(ray, 0.0, NONE);
+#if HAS_ALPHA
+    for (uint layer = 0u; layer < ALPHA_LAYERS; layer++) {
+        if (hit.kind == NO_HIT || alpha_is_present(hit, ray, path_hash, vertex, RAY_CLOSEST)) {
+            break;
+        }
+        hit = trace_closest_from(ray, hit.t, hit.primitive);
+    }
+#endif
+    return hit;
+}
+
+#if NEXT_EVENT
+// Nothing stands between the ray's ends; the light's own primitive does not count.
+bool is_visible(Ray ray, uint excluded, uint path_hash, uint vertex) {
+#if HAS_ALPHA
+    Hit hit = trace_closest_from(ray, 0.0, NONE);
+    for (uint layer = 0u; layer < ALPHA_LAYERS; layer++) {
+        bool is_opaque = hit.kind != NO_HIT && hit.primitive != excluded
+            && alpha_is_present(hit, ray, path_hash, vertex, RAY_SHADOW);
+        if (hit.kind == NO_HIT || is_opaque) {
+            break;
+        }
+        hit = trace_closest_from(ray, hit.t, hit.primitive);
+    }
+    return hit.kind == NO_HIT;
+#else
+    return !trace_any(ray, excluded);
+#endif
+}
+#endif

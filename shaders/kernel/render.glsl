@@ -1,0 +1,49 @@
+// One invocation fills one slot: the samples of one block at one pixel. Paths are regenerated in place: a lane whose path has ended
+// begins its next sample in the same iteration, so that lanes of a subgroup stay busy.
+
+PathState path_begin(uint pixel, uint sample_index) {
+    PathState s;
+    s.id = sample_id(pixel, sample_index, SEED);
+    s.hash = hash_combine(hash_combine(SEED, pixel), sample_index);
+    s.edge = 0u;
+    CameraRecord camera = CameraRecord_load_camera(0u);
+    vec2 film = vec2(float(pixel % WIDTH), float(pixel / WIDTH))
+        + vec2(u01(path_word(s, PIXEL_X)), u01(path_word(s, PIXEL_Y)));
+    s.ray = Ray(vec3(0.0), perspective_direction(camera, film), INFINITY);
+    s.throughput = Spectrum(1.0);
+    s.radiance = Spectrum(0.0);
+    s.pdf = 0.0;
+    s.eta_scale = 1.0;
+#if HAS_MEDIA
+    s.medium = camera.medium;
+#endif
+    return s;
+}
+
+void main() {
+    uint slot = gl_GlobalInvocationID.x;
+    if (slot >= push.tile_pixels * push.block_count) {
+        return;
+    }
+    uint in_tile = slot % push.tile_pixels;
+    uint x = push.tile_x + in_tile % push.tile_width;
+    uint y = push.tile_y + in_tile / push.tile_width;
+    uint pixel = y * WIDTH + x;
+    uint first_sample = (push.first_block + slot / push.tile_pixels) * BLOCK_SAMPLES;
+    uint last_sample = first_sample + (BLOCK_SAMPLES - 1u);
+    uint sample_index = first_sample;
+    Tally tally = tally_new();
+    Spectrum sum = Spectrum(0.0);
+    PathState state = path_begin(pixel, sample_index);
+    bool is_running = true;
+    while (is_running) {
+        bool goes_on = integrator_step(state, tally);
+        if (!goes_on) {
+            sum += tally_sample(tally, state.radiance, sample_index);
+            is_running = sample_index != last_sample;
+            sample_index += 1u;
+            state = path_begin(pixel, sample_index);
+        }
+    }
+    slot_write(slot, sum, tally);
+}

@@ -1,0 +1,241 @@
+//! A prepared scene on a device: tables uploaded, the kernel compiled for its features, tiles of slots rendered and handed to the film.
+//!
+//! A dispatch covers a tile of pixels and a range of blocks, sized to a time budget by the rate measured so far, so that a stop is
+//! seen soon and no dispatch runs into a driver's time limit.
+
+use std::ops::Range;
+use std::time::Instant;
+
+use crate::error::Error;
+use crate::film::source::{DeviceInfo, PassStats, SampleSource};
+use crate::film::{Film, Tile};
+use crate::gpu::{Buffer, Device, Pipeline, Table};
+use crate::integrator::Settings;
+use crate::prepare::Prepared;
+use crate::prepare::features::Features;
+use crate::shader::assemble::{self, Push, WORKGROUP};
+use crate::shader::cache::Cache;
+use crate::shader::compile::compile;
+
+/// Seconds a dispatch should take.
+const DISPATCH_S: f64 = 0.25;
+/// Slots of the first dispatch, before any rate is known.
+const FIRST_SLOTS: usize = 8 * 1024;
+/// Bytes of the slots' buffer.
+const SLOT_BYTES: usize = 32 << 20;
+
+/// How a kernel is made.
+#[derive(Clone, Debug, Default)]
+pub struct KernelOptions {
+    /// Every model, light and feature is compiled in.
+    pub everything: bool,
+    /// SPIR-V is not looked up nor kept on disk.
+    pub no_cache: bool,
+}
+
+/// Renders one scene on one device.
+pub struct Renderer {
+    device: Device,
+    pipeline: Pipeline,
+    tables: Vec<Table>,
+    slots: Buffer,
+    width: u32,
+    height: u32,
+    has_aov: bool,
+    slot_rows: usize,
+    /// Slots a second, measured; 0 before the first dispatch.
+    rate: f64,
+    pub stats: KernelStats,
+    notes: Vec<String>,
+}
+
+/// What making the kernel cost.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+pub struct KernelStats {
+    pub spirv_words: usize,
+    pub kernel_hash: String,
+    /// SPIR-V came from the disk cache.
+    pub from_cache: bool,
+    /// GLSL to SPIR-V and the pipeline; a driver may compile on at the first dispatch.
+    pub compile_s: f64,
+    pub upload_s: f64,
+    /// The first dispatch, which on lavapipe holds the JIT.
+    pub first_dispatch_s: f64,
+    pub table_bytes: Vec<(&'static str, u64)>,
+}
+
+impl Renderer {
+    /// Uploads `prepared` and compiles its kernel. If a specialised text does not compile, everything-on is used and said.
+    pub fn new(
+        device: &Device,
+        prepared: &Prepared,
+        settings: &Settings,
+        options: &KernelOptions,
+    ) -> Result<Self, Error> {
+        let features = Features::of(prepared, settings);
+        if options.everything {
+            return Self::with_features(device, prepared, settings, features.everything(), options);
+        }
+        match Self::with_features(device, prepared, settings, features.clone(), options) {
+            Err(Error::Shader(message)) => {
+                let mut renderer = Self::with_features(device, prepared, settings, features.everything(), options)?;
+                renderer.notes.push(format!("the specialised kernel failed ({message}); everything-on is used"));
+                Ok(renderer)
+            }
+            other => other,
+        }
+    }
+
+    fn with_features(
+        device: &Device,
+        prepared: &Prepared,
+        settings: &Settings,
+        features: Features,
+        options: &KernelOptions,
+    ) -> Result<Self, Error> {
+        let start = Instant::now();
+        // A table that everything-on names but the scene lacks is one row of zeros.
+        let rows: Vec<(&'static str, Vec<[u32; 4]>)> = features
+            .tables()
+            .map(|t| {
+                let mut rows = (t.rows)(prepared);
+                if rows.is_empty() {
+                    rows = vec![[0; 4]; 8];
+                }
+                (t.name, rows)
+            })
+            .collect();
+        let size = |name: &str| rows.iter().find(|(n, _)| *n == name).map_or(0, |(_, r)| r.len());
+        let program = assemble::assemble(&features, settings, prepared, device.info(), size)?;
+        let mut tables = Vec::new();
+        for ((name, rows), (_, body)) in rows.into_iter().zip(&program.tables) {
+            tables.push(device.table(name, &rows, *body)?);
+        }
+        let upload_s = start.elapsed().as_secs_f64();
+
+        let start = Instant::now();
+        let cache = if options.no_cache { Cache::off() } else { Cache::user() };
+        let spirv = compile(&program.source, &cache).map_err(|e| Error::Shader(e.to_string()))?;
+        let pipeline = device.pipeline(&spirv, &program.constants)?;
+        let compile_s = start.elapsed().as_secs_f64();
+
+        let slot_rows = assemble::slot_rows(&features);
+        let pixel_count = prepared.width as usize * prepared.height as usize;
+        // Small images keep several blocks in a dispatch; more than 64 blocks would only cost memory.
+        let slot_count = (SLOT_BYTES / (slot_rows * 16)).min(pixel_count * 64);
+        let slots = device.buffer("slots", (slot_count * slot_rows * 16) as u64)?;
+        let stats = KernelStats {
+            spirv_words: spirv.words().len(),
+            kernel_hash: spirv.key().to_owned(),
+            from_cache: spirv.was_cached(),
+            compile_s,
+            upload_s,
+            first_dispatch_s: 0.0,
+            table_bytes: program.tables.iter().zip(&tables).map(|((name, _), t)| (*name, t.bytes())).collect(),
+        };
+        Ok(Self {
+            device: device.clone(),
+            pipeline,
+            tables,
+            slots,
+            width: prepared.width,
+            height: prepared.height,
+            has_aov: features.aovs,
+            slot_rows,
+            rate: 0.0,
+            stats,
+            notes: Vec::new(),
+        })
+    }
+
+    /// Renders one tile and block range, and returns its slots' rows.
+    pub fn render_tile(&mut self, tile: Tile, blocks: Range<u64>) -> Result<(Vec<[u32; 4]>, f64), Error> {
+        let block_count = (blocks.end - blocks.start) as u32;
+        let slot_count = tile.pixel_count() * block_count as usize;
+        let push = Push {
+            tile_x: tile.x,
+            tile_y: tile.y,
+            tile_width: tile.width,
+            tile_pixels: tile.pixel_count() as u32,
+            first_block: blocks.start as u32,
+            block_count,
+        };
+        let mut bindings: Vec<_> = self.tables.iter().map(Table::binding).collect();
+        bindings.push(self.slots.binding());
+        let groups = [(slot_count as u32).div_ceil(WORKGROUP), 1, 1];
+        let time = self.device.dispatch(&self.pipeline, &bindings, bytemuck::bytes_of(&push), groups)?.as_secs_f64();
+        if self.stats.first_dispatch_s == 0.0 {
+            self.stats.first_dispatch_s = time;
+        } else {
+            self.rate = slot_count as f64 / time.max(1e-6);
+        }
+        let rows = self.slots.read::<[u32; 4]>(0..slot_count * self.slot_rows)?;
+        Ok((rows, time))
+    }
+
+    /// Slots that the next dispatch should hold.
+    fn slot_budget(&self) -> usize {
+        let capacity = (self.slots.bytes() as usize) / (self.slot_rows * 16);
+        let wanted = if self.rate > 0.0 { (self.rate * DISPATCH_S) as usize } else { FIRST_SLOTS };
+        wanted.clamp(WORKGROUP as usize, capacity)
+    }
+}
+
+impl SampleSource for Renderer {
+    fn resolution(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    fn has_aov(&self) -> bool {
+        self.has_aov
+    }
+
+    fn render_blocks(
+        &mut self,
+        blocks: Range<u64>,
+        film: &mut Film,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<PassStats, Error> {
+        let mut stats = PassStats::default();
+        let mut block = blocks.start;
+        while block < blocks.end {
+            let pixel_count = self.width as usize * self.height as usize;
+            let step = (self.slot_budget() / pixel_count).clamp(1, (blocks.end - block) as usize) as u64;
+            let mut y = 0;
+            while y < self.height {
+                let budget = self.slot_budget() / step as usize;
+                let height = ((budget / self.width as usize) as u32).clamp(1, self.height - y);
+                let mut x = 0;
+                while x < self.width {
+                    // A row longer than the budget is cut; else the tile is as wide as the image.
+                    let width = if height > 1 { self.width } else { (budget as u32).clamp(1, self.width - x) };
+                    let tile = Tile { x, y, width, height };
+                    let (rows, time) = self.render_tile(tile, block..block + step)?;
+                    stats.rays += film.add_tile(tile, block..block + step, &rows);
+                    stats.device_time_s += time;
+                    if stop() {
+                        return Ok(stats);
+                    }
+                    x += width;
+                }
+                y += height;
+            }
+            block += step;
+        }
+        Ok(stats)
+    }
+
+    fn describe(&self) -> DeviceInfo {
+        let info = self.device.info();
+        DeviceInfo {
+            kind: if info.is_software { "software" } else { "gpu" }.to_owned(),
+            name: info.name.clone(),
+            driver: info.fingerprint(),
+            kernel_hash: self.stats.kernel_hash.clone(),
+            peak_bytes: self.device.peak_bytes(),
+            compile_s: self.stats.compile_s,
+            upload_s: self.stats.upload_s,
+            notes: self.notes.clone(),
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! What a scene and its settings need: the one value from which text, tables and constants of the kernel follow.
+//!
+//! Everything here is structure. Numbers of the render are specialisation constants, numbers of a dispatch push constants.
+
+use super::Prepared;
+use super::pattern::{Node, Role, Structure};
+use super::records::*;
+use crate::bsdf;
+use crate::integrator::{Estimator, IntegratorKind, SamplerKind, Settings};
+
+/// Derived once by `Features::of`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Features {
+    pub integrator: IntegratorKind,
+    pub sampler: SamplerKind,
+    pub estimator: Estimator,
+    pub aovs: bool,
+    pub triangles: bool,
+    pub spheres: bool,
+    pub sky: bool,
+    pub sky_image: bool,
+    /// Lights that next-event estimation can choose.
+    pub light_triangles: bool,
+    pub light_spheres: bool,
+    pub light_sky: bool,
+    pub smooth_normals: bool,
+    pub tangents: bool,
+    pub uvs: bool,
+    pub colors: bool,
+    pub emission: bool,
+    pub alpha: bool,
+    pub normal_maps: bool,
+    pub media: bool,
+    /// Some surface lets light through, so that frames keep an outside.
+    pub transmission: bool,
+    /// Models present, ascending numbers of `bsdf::MODELS`.
+    pub bsdfs: Vec<usize>,
+    /// Macros the models ask for, name and whether it is on.
+    pub bsdf_macros: Vec<(&'static str, bool)>,
+    pub image_textures: bool,
+    pub checker_textures: bool,
+    pub texture_half: bool,
+    pub texture_srgb: bool,
+    pub texture_nearest: bool,
+    pub texture_mirror: bool,
+    pub texture_clamp: bool,
+    pub structures: Vec<Structure>,
+    /// Entries of the traversal stack.
+    pub bvh_stack: u32,
+}
+
+impl Features {
+    pub fn of(p: &Prepared, settings: &Settings) -> Self {
+        let has = |bit: u32| p.materials.iter().any(|m| m.flags & bit != 0);
+        let uses_lights = settings.estimator != Estimator::Bsdf;
+        let light = |kind: u32| uses_lights && p.lights.iter().any(|l| l.kind == kind);
+        let texture = |bit: u32| p.textures.iter().any(|t| t.flags & bit != 0);
+        let wrap = |mode: u32| {
+            p.textures
+                .iter()
+                .any(|t| (t.flags >> TEXTURE_WRAP_U_SHIFT) & 3 == mode || (t.flags >> TEXTURE_WRAP_V_SHIFT) & 3 == mode)
+        };
+        let mut bsdfs: Vec<usize> = p.materials.iter().map(|m| m.bsdf as usize).collect();
+        bsdfs.sort_unstable();
+        bsdfs.dedup();
+        let mut f = Self {
+            integrator: settings.integrator,
+            sampler: settings.sampler,
+            estimator: settings.estimator,
+            aovs: settings.aovs,
+            triangles: !p.triangles.is_empty(),
+            spheres: !p.spheres.is_empty(),
+            sky: p.has_sky,
+            sky_image: !p.sky_texels.is_empty(),
+            light_triangles: light(LIGHT_TRIANGLE),
+            light_spheres: light(LIGHT_SPHERE),
+            light_sky: light(LIGHT_SKY),
+            smooth_normals: !p.normals.is_empty(),
+            tangents: !p.tangents.is_empty(),
+            uvs: !p.uvs.is_empty(),
+            colors: !p.colors.is_empty(),
+            emission: has(MATERIAL_EMITS),
+            alpha: has(MATERIAL_MASK | MATERIAL_BLEND),
+            normal_maps: has(MATERIAL_NORMAL_MAP),
+            media: !p.media.is_empty(),
+            transmission: has(MATERIAL_TRANSMITS),
+            bsdfs,
+            bsdf_macros: p.bsdf_macros.clone(),
+            image_textures: false,
+            checker_textures: false,
+            texture_half: texture(TEXTURE_HALF),
+            texture_srgb: texture(TEXTURE_SRGB),
+            texture_nearest: texture(TEXTURE_NEAREST),
+            texture_mirror: wrap(1),
+            texture_clamp: wrap(2),
+            structures: p.structures.clone(),
+            bvh_stack: p.bvh.stack_size(),
+        };
+        for structure in &f.structures {
+            structure.visit(&mut |node| match node {
+                Node::Image { .. } => f.image_textures = true,
+                Node::Checker { .. } => f.checker_textures = true,
+                _ => {}
+            });
+        }
+        f
+    }
+
+    /// The same scene with every model, light and feature compiled in (`--everything`).
+    pub fn everything(mut self) -> Self {
+        for flag in [
+            &mut self.aovs,
+            &mut self.triangles,
+            &mut self.spheres,
+            &mut self.sky,
+            &mut self.smooth_normals,
+            &mut self.tangents,
+            &mut self.uvs,
+            &mut self.colors,
+            &mut self.emission,
+            &mut self.alpha,
+            &mut self.normal_maps,
+            &mut self.media,
+            &mut self.transmission,
+            &mut self.image_textures,
+            &mut self.checker_textures,
+            &mut self.texture_half,
+            &mut self.texture_srgb,
+            &mut self.texture_nearest,
+            &mut self.texture_mirror,
+            &mut self.texture_clamp,
+        ] {
+            *flag = true;
+        }
+        if self.estimator != Estimator::Bsdf {
+            (self.light_triangles, self.light_spheres, self.light_sky) = (true, true, true);
+        }
+        self.bsdf_macros.iter_mut().for_each(|m| m.1 = true);
+        for (model, description) in bsdf::MODELS.iter().enumerate() {
+            if !self.bsdfs.contains(&model) {
+                // An absent model gets a pattern of constants that no material names.
+                let outputs = (0..description.inputs.len() as u32).map(|row| Node::Constant { row }).collect();
+                self.structures.push(Structure { role: Role::Bsdf(model), outputs });
+            }
+        }
+        self.bsdfs = (0..bsdf::MODELS.len()).collect();
+        self
+    }
+
+    /// Light sampling is in the text.
+    pub fn next_event(&self) -> bool {
+        self.light_triangles || self.light_spheres || self.light_sky
+    }
+
+    /// Every macro of the kernel's text, always 0 or 1.
+    pub fn defines(&self) -> Vec<(&'static str, bool)> {
+        let mut d = vec![
+            ("AOVS", self.aovs),
+            ("HAS_TRIANGLES", self.triangles),
+            ("HAS_SPHERES", self.spheres),
+            ("HAS_SKY", self.sky),
+            ("SKY_IMAGE", self.sky_image),
+            ("LIGHT_TRIANGLES", self.light_triangles),
+            ("LIGHT_SPHERES", self.light_spheres),
+            ("LIGHT_SKIES", self.light_sky),
+            ("NEXT_EVENT", self.next_event()),
+            ("ESTIMATOR_MIS", self.estimator == Estimator::Mis),
+            ("ESTIMATOR_LIGHT", self.estimator == Estimator::Light),
+            ("HAS_NORMALS", self.smooth_normals),
+            ("HAS_TANGENTS", self.tangents),
+            ("HAS_UVS", self.uvs),
+            ("HAS_COLORS", self.colors),
+            ("HAS_EMISSION", self.emission),
+            ("HAS_ALPHA", self.alpha),
+            ("HAS_NORMAL_MAPS", self.normal_maps),
+            ("HAS_MEDIA", self.media),
+            ("HAS_TRANSMISSION", self.transmission),
+            ("TEXTURE_HAS_HALF", self.texture_half),
+            ("TEXTURE_HAS_SRGB", self.texture_srgb),
+            ("TEXTURE_HAS_NEAREST", self.texture_nearest),
+            ("TEXTURE_HAS_MIRROR", self.texture_mirror),
+            ("TEXTURE_HAS_CLAMP", self.texture_clamp),
+        ];
+        d.extend(self.bsdf_macros.iter().copied());
+        d
+    }
+}

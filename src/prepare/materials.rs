@@ -1,0 +1,245 @@
+//! Materials resolved: patterns and their constants, texture pages, media, and what of it the vertices must carry.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::Prepared;
+use super::geometry::Wanted;
+use super::pattern::{Context, Node, Patterns, Role, Structure};
+use super::records::*;
+use crate::bsdf;
+use crate::scene::{Alpha, Image, Material, Pixels, Scene, Texture, Value};
+use crate::{math, texture};
+
+/// What `prepare` needs of the materials.
+#[derive(Default)]
+pub struct Resolved {
+    pub materials: Vec<MaterialRecord>,
+    pub data: Vec<[u32; 4]>,
+    pub structures: Vec<Structure>,
+    pub textures: Vec<TextureRecord>,
+    pub texels: Vec<[u32; 4]>,
+    pub media: Vec<MediumRecord>,
+    /// Mean emitted radiance of each material, for the choice of lights; positive wherever anything is emitted.
+    pub emission: Vec<DVec3>,
+    pub wanted: Wanted,
+    pub macros: Vec<(&'static str, bool)>,
+    pub notes: Vec<String>,
+}
+
+pub fn resolve(scene: &Scene) -> Resolved {
+    let mut r = Resolved::default();
+    let texture_rows = pack_textures(scene, &mut r);
+    let context = Context { textures: &scene.textures, texture_rows: &texture_rows };
+    let mut patterns = Patterns::default();
+    for material in &scene.materials {
+        let record = resolve_material(material, &mut patterns, &context, &mut r);
+        r.materials.push(record);
+        r.emission.push(material.emission.as_ref().map_or(DVec3::ZERO, |v| mean(v, scene)));
+    }
+    r.data = patterns.rows;
+    r.structures = patterns.structures;
+    r.wanted.normals = scene.meshes.iter().any(|m| m.normals.is_some());
+    r.wanted.tangents = scene.materials.iter().any(|m| m.normal_map.is_some() || is_anisotropic(m));
+    for structure in &r.structures {
+        structure.visit(&mut |node| match node {
+            Node::Image { .. } | Node::Checker { .. } => r.wanted.uvs = true,
+            Node::VertexColor => r.wanted.colors = true,
+            _ => {}
+        });
+    }
+    for model in bsdf::MODELS {
+        for &(name, input) in model.macros {
+            let is_on = scene.materials.iter().any(|m| {
+                bsdf::MODELS[m.bsdf].keyword == model.keyword && input_of(m, input).is_some_and(|v| !is_zero(v))
+            });
+            r.macros.push((name, is_on));
+        }
+    }
+    r
+}
+
+fn resolve_material(m: &Material, patterns: &mut Patterns, context: &Context, r: &mut Resolved) -> MaterialRecord {
+    let inputs = resolve_curves(m);
+    let (pattern, data) = patterns.add(Role::Bsdf(m.bsdf), &inputs, context);
+    let mut record = MaterialRecord {
+        pattern,
+        data,
+        emission_pattern: NONE,
+        alpha_pattern: NONE,
+        normal_pattern: NONE,
+        bsdf: m.bsdf as u32,
+        interior: NONE,
+        priority: m.priority,
+        ..MaterialRecord::default()
+    };
+    if let Some(value) = m.emission.as_ref().filter(|v| !is_zero(v)) {
+        (record.emission_pattern, record.emission_data) =
+            patterns.add(Role::Emission, std::slice::from_ref(value), context);
+        record.flags |= MATERIAL_EMITS | if m.emission_two_sided { MATERIAL_EMITS_TWO_SIDED } else { 0 };
+    }
+    match &m.alpha {
+        Alpha::Opaque => {}
+        Alpha::Mask { value, cutoff } => {
+            (record.alpha_pattern, record.alpha_data) = patterns.add(Role::Alpha, std::slice::from_ref(value), context);
+            record.flags |= MATERIAL_MASK;
+            record.alpha_cutoff = *cutoff as f32;
+        }
+        Alpha::Blend { value } => {
+            (record.alpha_pattern, record.alpha_data) = patterns.add(Role::Alpha, std::slice::from_ref(value), context);
+            record.flags |= MATERIAL_BLEND;
+        }
+    }
+    if let Some((value, scale)) = &m.normal_map {
+        (record.normal_pattern, record.normal_data) = patterns.add(Role::Normal, std::slice::from_ref(value), context);
+        record.flags |= MATERIAL_NORMAL_MAP;
+        record.normal_scale = *scale as f32;
+    }
+    if transmits(m) {
+        record.flags |= MATERIAL_TRANSMITS | if is_thin(m) { MATERIAL_THIN } else { 0 };
+    }
+    if let Some(medium) = m.interior.filter(|i| i.absorption != DVec3::ZERO) {
+        record.interior = r.media.len() as u32;
+        r.media.push(MediumRecord { absorption: medium.absorption.as_vec3().to_array(), reserved: 0.0 });
+    }
+    record
+}
+
+/// The model lets light through at this material.
+pub fn transmits(m: &Material) -> bool {
+    bsdf::MODELS[m.bsdf].transmits_when(|input| input_of(m, input).is_some_and(|v| !is_zero(v)))
+}
+
+/// Light goes straight through, into the same medium.
+pub fn is_thin(m: &Material) -> bool {
+    bsdf::MODELS[m.bsdf].keyword.starts_with("thin_") || input_of(m, "thin").is_some_and(|v| !is_zero(v))
+}
+
+fn is_anisotropic(m: &Material) -> bool {
+    input_of(m, "roughness_y").is_some_and(|v| !matches!(v, Value::Constant([x, ..]) if *x < 0.0))
+}
+
+fn input_of<'a>(m: &'a Material, name: &str) -> Option<&'a Value> {
+    let place = bsdf::MODELS[m.bsdf].inputs.iter().position(|i| i.name == name)?;
+    m.inputs.get(place)
+}
+
+/// The value is 0 everywhere (textures are not looked into).
+pub fn is_zero(value: &Value) -> bool {
+    match value {
+        Value::Constant(c) => c[..3] == [0.0; 3],
+        Value::Multiply(a, b) => is_zero(a) || is_zero(b),
+        _ => false,
+    }
+}
+
+/// Inputs with metals' curves replaced by the RGB (eta, k) that reflect the same light.
+fn resolve_curves(m: &Material) -> Vec<Value> {
+    let mut inputs = m.inputs.clone();
+    let place = |name: &str| bsdf::MODELS[m.bsdf].inputs.iter().position(|i| i.name == name);
+    if let (Some(eta), Some(k)) = (place("eta"), place("k"))
+        && let (Value::Curve(eta_curve), Value::Curve(k_curve)) = (&m.inputs[eta], &m.inputs[k])
+    {
+        let (e, kk) = math::spectrum::fit_conductor_rgb(eta_curve, k_curve);
+        inputs[eta] = Value::rgb(e.x, e.y, e.z);
+        inputs[k] = Value::rgb(kk.x, kk.y, kk.z);
+    }
+    inputs
+}
+
+/// Packs every image texture once an image; returns the table row of each scene texture.
+fn pack_textures(scene: &Scene, r: &mut Resolved) -> Vec<Option<u32>> {
+    let mut pages: HashMap<usize, u32> = HashMap::new();
+    scene
+        .textures
+        .iter()
+        .map(|t| {
+            let Texture::Image { image, wrap, filter, encoding } = t else { return None };
+            let pixels = &scene.images[*image];
+            let first_row = *pages.entry(*image).or_insert_with(|| {
+                let first = r.texels.len() as u32;
+                r.texels.extend(texture::pack(pixels));
+                first
+            });
+            r.textures.push(texture::record(pixels, *wrap, *filter, *encoding, first_row));
+            Some(r.textures.len() as u32 - 1)
+        })
+        .collect()
+}
+
+/// Mean of a value over its textures, linear; products are bounded by the product of means or, if that is 0, by a small positive.
+fn mean(value: &Value, scene: &Scene) -> DVec3 {
+    match value {
+        Value::Constant(c) => DVec3::new(c[0], c[1], c[2]),
+        Value::Curve(_) | Value::VertexColor => DVec3::ONE,
+        Value::Multiply(a, b) => mean(a, scene) * mean(b, scene),
+        Value::Channel(a, c) => DVec3::splat(mean(a, scene)[usize::from(*c).min(2)]),
+        Value::Texture { texture, .. } => match &scene.textures[*texture] {
+            Texture::Constant(c) => DVec3::new(c[0], c[1], c[2]),
+            Texture::Checker { a, b, .. } => DVec3::from_slice(&a[..3]).lerp(DVec3::from_slice(&b[..3]), 0.5),
+            Texture::Image { image, encoding, .. } => {
+                image_mean(&scene.images[*image], *encoding == crate::scene::Encoding::Srgb)
+            }
+        },
+    }
+}
+
+fn image_mean(image: &Image, is_srgb: bool) -> DVec3 {
+    let count = (f64::from(image.width) * f64::from(image.height)).max(1.0);
+    let sum = match &image.pixels {
+        Pixels::Rgba8(bytes) => bytes.chunks_exact(4).fold(DVec3::ZERO, |sum, p| {
+            let decode = |b: u8| {
+                let x = f64::from(b) / 255.0;
+                if is_srgb { math::special::srgb_decode(x) } else { x }
+            };
+            sum + DVec3::new(decode(p[0]), decode(p[1]), decode(p[2]))
+        }),
+        Pixels::RgbF32(floats) => {
+            floats.chunks_exact(3).fold(DVec3::ZERO, |sum, p| sum + DVec3::new(p[0].into(), p[1].into(), p[2].into()))
+        }
+    };
+    sum / count
+}
+
+/// The medium around the camera (the origin): that behind the nearest boundary seen from its back. Any ray will do.
+pub fn camera_medium(p: &Prepared) -> u32 {
+    if p.media.is_empty() {
+        return NONE;
+    }
+    let direction = DVec3::new(0.36, 0.48, 0.8);
+    let mut nearest = (f64::INFINITY, NONE);
+    let mut meet = |t: f64, is_back: bool, material: u32| {
+        let interior = p.materials[material as usize].interior;
+        let is_boundary = p.materials[material as usize].flags & MATERIAL_TRANSMITS != 0;
+        if is_boundary && t > 0.0 && t < nearest.0 {
+            nearest = (t, if is_back { interior } else { NONE });
+        }
+    };
+    let vec = |a: [f32; 3]| DVec3::new(a[0].into(), a[1].into(), a[2].into());
+    for t in &p.triangles {
+        let (a, b, c) = (vec(t.v0), vec(t.v1), vec(t.v2));
+        let normal = (b - a).cross(c - a);
+        let along = normal.dot(direction);
+        if along == 0.0 {
+            continue;
+        }
+        let distance = normal.dot(a) / along;
+        let hit = direction * distance;
+        let side = |u: DVec3, v: DVec3| (v - u).cross(hit - u).dot(normal) >= 0.0;
+        if side(a, b) && side(b, c) && side(c, a) {
+            meet(distance, along > 0.0, t.material);
+        }
+    }
+    for s in &p.spheres {
+        let (center, radius) = (vec(s.center), f64::from(s.radius));
+        let middle = center.dot(direction);
+        let square = radius * radius - (center - direction * middle).length_squared();
+        if square > 0.0 {
+            let half = square.sqrt();
+            let is_inside = middle - half < 0.0;
+            meet(if is_inside { middle + half } else { middle - half }, is_inside, s.material);
+        }
+    }
+    nearest.1
+}

@@ -1,0 +1,160 @@
+//! The kernel's text for exactly these features: parts in order, macros, table bodies, specialisation constants, push constants.
+//!
+//! Structure is text, numbers of the render are specialisation constants, numbers of a dispatch are push constants.
+
+use crate::bsdf;
+use crate::film::slot;
+use crate::gpu::{DeviceInfo, GpuError, TableBody};
+use crate::integrator::{IntegratorKind, SamplerKind, Settings};
+use crate::prepare::Prepared;
+use crate::prepare::features::Features;
+use crate::shader::compile::Source;
+use crate::shader::{dispatch, tables};
+
+/// A kernel before compilation.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// Text and macros; generated parts have names in angle brackets.
+    pub source: Source,
+    /// Tables in binding order with their bodies; the slots' buffer has the binding after them.
+    pub tables: Vec<(&'static str, TableBody)>,
+    /// (constant_id, bits) of the render.
+    pub constants: Vec<(u32, u32)>,
+}
+
+/// Numbers fixed for a render. The id is the place in the list.
+const CONSTANTS: [&str; 5] = ["WIDTH", "MAX_DEPTH", "ROULETTE_EDGE", "SEED", "LIGHT_COUNT"];
+
+/// Invocations a workgroup; on lavapipe 8 to 256 made no difference above noise.
+pub const WORKGROUP: u32 = 64;
+
+/// What changes with each dispatch.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Push {
+    /// Corner and size of the tile in pixels.
+    pub tile_x: u32,
+    pub tile_y: u32,
+    pub tile_width: u32,
+    pub tile_pixels: u32,
+    pub first_block: u32,
+    pub block_count: u32,
+}
+
+const PUSH_GLSL: &str = "\
+layout(push_constant) uniform Push {
+    uint tile_x;
+    uint tile_y;
+    uint tile_width;
+    uint tile_pixels;
+    uint first_block;
+    uint block_count;
+} push;
+";
+
+/// GLSL files of a kernel with these features, in order. Pure.
+pub fn includes(f: &Features) -> Vec<String> {
+    let mut list: Vec<String> =
+        ["core/math", "core/trig", "core/random", "core/frame", "core/warp"].map(str::to_owned).to_vec();
+    list.push(match f.sampler {
+        SamplerKind::Sobol => "sampler/sobol".to_owned(),
+        SamplerKind::Independent => "sampler/independent".to_owned(),
+    });
+    let mut add = |is_needed: bool, stem: &str| {
+        if is_needed {
+            list.push(stem.to_owned());
+        }
+    };
+    add(f.image_textures, "texture/image");
+    add(f.checker_textures, "texture/checker");
+    add(true, "bvh/node");
+    add(f.triangles, "bvh/triangle");
+    add(f.spheres, "bvh/sphere");
+    add(true, "bvh/spawn");
+    add(true, "bvh/closest");
+    add(f.next_event() && !f.alpha, "bvh/any");
+    add(f.next_event(), "light/alias");
+    add(f.sky, "light/sky");
+    add(f.light_triangles, "light/triangle");
+    add(f.light_spheres, "light/sphere");
+    add(f.next_event(), "light/choose");
+    add(true, "bsdf/common");
+    let mut seen: Vec<&str> = Vec::new();
+    for shared in f.shared_bsdf_files() {
+        if !seen.contains(&shared.file) {
+            seen.push(shared.file);
+            add(true, shared.file.trim_end_matches(".glsl"));
+        }
+    }
+    for &b in &f.bsdfs {
+        add(true, &format!("bsdf/{}", bsdf::MODELS[b].keyword));
+    }
+    add(true, "camera/perspective");
+    list
+}
+
+/// The whole text. `table_rows` gives the size of each needed table, for the choice of its body.
+pub fn assemble(
+    f: &Features,
+    settings: &Settings,
+    prepared: &Prepared,
+    device: &DeviceInfo,
+    rows_of: impl Fn(&str) -> usize,
+) -> Result<Program, GpuError> {
+    let mut tables = Vec::new();
+    for entry in f.tables() {
+        tables.push((entry.name, TableBody::choose(device, entry.name, rows_of(entry.name))?));
+    }
+    let integrator = match settings.integrator {
+        IntegratorKind::Path => "integrator/path",
+        IntegratorKind::Direct => "integrator/direct",
+    };
+    let mut source = Source::new("render");
+    for (name, is_on) in f.defines() {
+        source = source.define(name, is_on);
+    }
+    source = source.part("<head>", head(f, &tables));
+    for stem in includes(f) {
+        source = file(source, &stem);
+    }
+    source = file(source, "integrator/surface_point");
+    source = source.part("<patterns>", dispatch::patterns(f)).part("<bsdfs>", dispatch::bsdfs(f));
+    for stem in ["surface", "state", "visibility", "emission", "scatter", "tally"] {
+        source = file(source, &format!("integrator/{stem}"));
+    }
+    for stem in [integrator, "film/slot", "kernel/render"] {
+        source = file(source, stem);
+    }
+    let values =
+        [prepared.width, settings.max_depth, settings.roulette_edge, settings.seed, prepared.lights.len() as u32];
+    Ok(Program { source, tables, constants: (0..).zip(values).collect() })
+}
+
+fn file(source: Source, stem: &str) -> Source {
+    source.file(&format!("{stem}.glsl")).expect("every part named by the assembler is embedded, which a test checks")
+}
+
+fn head(f: &Features, tables: &[(&'static str, TableBody)]) -> String {
+    let mut text = format!("layout(local_size_x = {WORKGROUP}) in;\n#define Spectrum vec3\n");
+    text += &tables::shared_constants();
+    text += &crate::sampler::glsl_dimensions();
+    for (id, name) in CONSTANTS.iter().enumerate() {
+        text += &format!("layout(constant_id = {id}) const uint {name} = 1u;\n");
+    }
+    text += PUSH_GLSL;
+    text += &format!("const uint BVH_STACK = {}u;\n", f.bvh_stack);
+    for ((binding, (name, body)), entry) in tables.iter().enumerate().zip(f.tables()) {
+        text += &body.glsl(name, binding as u32);
+        if let Some(loader) = entry.loader {
+            text += &loader(name);
+        }
+    }
+    text +=
+        &format!("layout(set = 0, binding = {}, std430) buffer slots_block {{ uvec4 rows[]; }} slots;\n", tables.len());
+    text
+}
+
+/// Rows of a slot with these features.
+pub fn slot_rows(f: &Features) -> usize {
+    slot::rows(f.aovs)
+}

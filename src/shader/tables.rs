@@ -1,0 +1,111 @@
+//! Every table a kernel can read: name, record, rows, and the feature it belongs to. A table that is not needed has no binding.
+
+use crate::bsdf;
+use crate::film::slot;
+use crate::prepare::Prepared;
+use crate::prepare::features::Features;
+use crate::prepare::records::*;
+use crate::shader::record::GpuRecord;
+
+/// One table as text and data see it.
+pub struct TableEntry {
+    pub name: &'static str,
+    /// Struct and loader of its record; None for tables of bare rows.
+    pub loader: Option<fn(&str) -> String>,
+    pub is_needed: fn(&Features) -> bool,
+    pub rows: fn(&Prepared) -> Vec<[u32; 4]>,
+}
+
+fn loader<R: GpuRecord>(table: &str) -> String {
+    R::glsl_struct() + &R::glsl_loader(table)
+}
+
+fn rows_of<R: bytemuck::Pod>(records: &[R]) -> Vec<[u32; 4]> {
+    bytemuck::cast_slice(records).to_vec()
+}
+
+macro_rules! table {
+    ($name:literal, $record:ty, $needed:expr, $rows:expr) => {
+        TableEntry { name: $name, loader: Some(loader::<$record>), is_needed: $needed, rows: $rows }
+    };
+    ($name:literal, $needed:expr, $rows:expr) => {
+        TableEntry { name: $name, loader: None, is_needed: $needed, rows: $rows }
+    };
+}
+
+pub const TABLES: &[TableEntry] = &[
+    table!("camera", CameraRecord, |_| true, |p| rows_of(&[p.camera])),
+    table!("bvh", |_| true, |p| rows_of(&p.bvh.nodes)),
+    table!("triangles", TriangleRecord, |f| f.triangles, |p| rows_of(&p.triangles)),
+    table!("spheres", SphereRecord, |f| f.spheres, |p| rows_of(&p.spheres)),
+    table!("faces", FaceRecord, |f| f.triangles, |p| rows_of(&p.faces)),
+    table!("normals", NormalRecord, |f| f.smooth_normals, |p| rows_of(&p.normals)),
+    table!("tangents", TangentRecord, |f| f.tangents, |p| rows_of(&p.tangents)),
+    table!("uvs", UvRecord, |f| f.uvs, |p| rows_of(&p.uvs)),
+    table!("colors", ColorRecord, |f| f.colors, |p| rows_of(&p.colors)),
+    table!("materials", MaterialRecord, |_| true, |p| rows_of(&p.materials)),
+    table!("material_data", |_| true, |p| p.material_data.clone()),
+    table!("textures", TextureRecord, |f| f.image_textures, |p| rows_of(&p.textures)),
+    table!("texels", |f| f.image_textures, |p| p.texels.clone()),
+    table!("lights", LightRecord, |f| f.next_event(), |p| rows_of(&p.lights)),
+    table!("light_alias", |f| f.next_event(), |p| rows_of(&p.light_alias)),
+    table!("sky", SkyRecord, |f| f.sky, |p| rows_of(&[p.sky])),
+    table!("sky_texels", SkyTexelRecord, |f| f.sky && f.sky_image, |p| rows_of(&p.sky_texels)),
+    table!("sky_alias", |f| f.light_sky && f.sky_image, |p| rows_of(&p.sky_alias)),
+    table!("media", MediumRecord, |f| f.media, |p| rows_of(&p.media)),
+    table!("ggx_albedo", |f| f.bsdf_table("ggx_albedo"), |_| rows_of(
+        &bsdf::table_rows("ggx_albedo").unwrap_or_default()
+    )),
+];
+
+impl Features {
+    /// A model in the text reads the constant table `name`.
+    pub fn bsdf_table(&self, name: &str) -> bool {
+        self.shared_bsdf_files().any(|s| s.table == Some(name))
+    }
+
+    /// Files of functions that the models in the text share; a file may come up more than once.
+    pub fn shared_bsdf_files(&self) -> impl Iterator<Item = &'static bsdf::Shared> {
+        let is_on = |name: &str| self.bsdf_macros.iter().any(|&(n, on)| n == name && on);
+        self.bsdfs.iter().flat_map(move |&b| bsdf::MODELS[b].shared_with(is_on))
+    }
+
+    /// The tables of the kernel, in binding order.
+    pub fn tables(&self) -> impl Iterator<Item = &'static TableEntry> {
+        TABLES.iter().filter(|t| (t.is_needed)(self))
+    }
+}
+
+/// `const uint NAME = VALUEu;` for the constants that records share with GLSL.
+pub fn shared_constants() -> String {
+    macro_rules! constants {
+        ($($name:ident),* $(,)?) => { [$((stringify!($name), $name)),*] };
+    }
+    let list = constants![
+        NONE,
+        FACE_SMOOTH,
+        FACE_TANGENTS,
+        MATERIAL_EMITS,
+        MATERIAL_EMITS_TWO_SIDED,
+        MATERIAL_MASK,
+        MATERIAL_BLEND,
+        MATERIAL_TRANSMITS,
+        MATERIAL_NORMAL_MAP,
+        MATERIAL_THIN,
+        TEXTURE_WRAP_U_SHIFT,
+        TEXTURE_WRAP_V_SHIFT,
+        TEXTURE_NEAREST,
+        TEXTURE_SRGB,
+        TEXTURE_HALF,
+        LIGHT_TRIANGLE,
+        LIGHT_SPHERE,
+        LIGHT_SKY,
+        HIT_TRIANGLE,
+        HIT_SPHERE,
+    ];
+    let mut text: String = list.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
+    for (number, model) in bsdf::MODELS.iter().enumerate() {
+        text += &format!("const uint BSDF_{} = {number}u;\n", model.keyword.to_uppercase());
+    }
+    text + &slot::glsl()
+}
