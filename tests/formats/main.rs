@@ -1,6 +1,7 @@
 //! Scene files, good and bad: every message is held to its words, and the sample models load.
 
 mod assets;
+mod bad;
 
 /// The folder of sample models, or None after saying so: the skip is counted in the output.
 fn assets_folder() -> Option<std::path::PathBuf> {

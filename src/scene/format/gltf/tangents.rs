@@ -81,3 +81,40 @@ fn flat_normal(mesh: &Mesh, face: usize) -> [f32; 3] {
     let [a, b, c] = mesh.triangles[face].map(|i| glam::Vec3::from(mesh.positions[i as usize]).as_dvec3());
     (b - a).cross(c - a).normalize_or(glam::DVec3::Z).as_vec3().to_array()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_normal_map_s_up_is_up_the_picture() {
+        // A square seen from +z whose texture stands upright: u to the right, v down.
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let mut mesh = Mesh {
+            positions: corners.map(|[x, y]| [x, y, 0.0]).to_vec(),
+            normals: Some(vec![[0.0, 0.0, 1.0]; 4]),
+            uvs: [Some(corners.map(|[x, y]| [x, 1.0 - y]).to_vec()), None],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Default::default()
+        };
+        generate(&mut mesh, 0);
+        // t = +x, and b = w (n x t) = +y.
+        assert_eq!(mesh.tangents, Some(vec![[1.0, 0.0, 0.0, 1.0]; 4]));
+        assert_eq!(mesh.positions.len(), 4);
+    }
+
+    #[test]
+    fn mirrored_coordinates_split_their_vertices() {
+        let mut mesh = Mesh {
+            positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
+            normals: Some(vec![[0.0, 0.0, 1.0]; 4]),
+            uvs: [Some(vec![[0.0, 1.0], [1.0, 1.0], [0.0, 0.0], [1.0, 1.0]]), None],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Default::default()
+        };
+        generate(&mut mesh, 0);
+        assert_eq!(mesh.positions.len(), 6);
+        let handedness: Vec<f32> = mesh.tangents.unwrap().iter().map(|t| t[3]).collect();
+        assert_eq!(handedness, [1.0, 1.0, 1.0, -1.0, -1.0, -1.0]);
+    }
+}

@@ -127,3 +127,15 @@ fn a_patch_after_a_material_is_no_key_of_it() {
     let message = read("[[material]]\nname=\"a\"\nalbedo=1\n[material.\"Gold\"]\nalbedo=0.5\n").unwrap_err();
     assert!(message.contains("no model brought a material \"Gold\""), "{message}");
 }
+
+#[test]
+fn a_quarter_turn_of_the_coordinates() {
+    // The example of KHR_texture_transform: the lower left quadrant of the picture, v running down.
+    let t = super::uv_transform(glam::DVec2::new(0.0, 1.0), std::f64::consts::FRAC_PI_2, glam::DVec2::splat(0.5));
+    for (uv, wanted) in
+        [((0.0, 0.0), (0.0, 1.0)), ((1.0, 0.0), (0.0, 0.5)), ((0.0, 1.0), (0.5, 1.0)), ((1.0, 1.0), (0.5, 0.5))]
+    {
+        let found = t.transform_point2(uv.into());
+        assert!((found - glam::DVec2::from(wanted)).length() < 1e-12, "{uv:?}: {found}");
+    }
+}
