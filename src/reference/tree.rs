@@ -1,4 +1,4 @@
-//! The oracle's intersection: a binary tree in f64, split at the median of centroids.
+//! The oracle's intersection: a binary tree in f64, binned by surface area.
 //!
 //! Triangles by signed volumes (Pluecker coordinates; Davidovic, Hachisuka and Slusallek 2012): the edge functions of two
 //! triangles that share an edge are exactly opposite in IEEE arithmetic, so rays do not slip between them. Spheres by the
@@ -50,22 +50,57 @@ impl Shape {
             Self::Sphere { center, radius } => Bounds { min: center - *radius, max: center + *radius },
         }
     }
+}
 
-    /// Barycentric weights and distance. `t` may have any sign; the caller compares.
-    fn intersect(&self, ray: &Ray, leaves: bool) -> [Option<(f64, [f64; 2])>; 2] {
-        match self {
-            Self::Triangle(_) if leaves => [None, None],
-            Self::Triangle(v) => [triangle(v, ray), None],
-            Self::Sphere { center, radius } => {
-                let [near, far] = sphere(*center, *radius, ray, leaves);
-                [near.map(|t| (t, [0.0; 2])), far.map(|t| (t, [0.0; 2]))]
+/// A shape as the leaves hold it.
+#[derive(Clone, Copy, Debug)]
+struct Stored {
+    number: u32,
+    shape: Shape,
+    /// Of a triangle, not unit: from edges, because the signed volumes lose digits for small far triangles.
+    normal: DVec3,
+}
+
+impl Stored {
+    fn new(number: u32, shape: Shape) -> Self {
+        let normal = match shape {
+            Shape::Triangle(v) => (v[1] - v[0]).cross(v[2] - v[0]),
+            Shape::Sphere { .. } => DVec3::ZERO,
+        };
+        Self { number, shape, normal }
+    }
+
+    /// Calls `found` with each hit in 0 < t <= t_max.
+    #[inline(always)]
+    fn intersect(&self, ray: &Ray, t_max: f64, mut found: impl FnMut(Hit)) {
+        let leaves = self.number == ray.leaves;
+        match &self.shape {
+            Shape::Triangle(v) => {
+                // The plane first: most candidates fail there.
+                let t = self.normal.dot(v[0] - ray.origin) / self.normal.dot(ray.direction);
+                if t > 0.0
+                    && t <= t_max
+                    && !leaves
+                    && let Some(barycentric) = triangle(v, ray)
+                {
+                    found(Hit { t, primitive: self.number, barycentric });
+                }
+            }
+            Shape::Sphere { center, radius } => {
+                for t in sphere(*center, *radius, ray, leaves) {
+                    if t > 0.0 && t <= t_max {
+                        found(Hit { t, primitive: self.number, barycentric: [0.0; 2] });
+                    }
+                }
             }
         }
     }
 }
 
-fn triangle(v: &[DVec3; 3], ray: &Ray) -> Option<(f64, [f64; 2])> {
-    let [a, b, c] = v.map(|p| p - ray.origin);
+/// Weights of vertices 1 and 2 where the line of the ray passes inside.
+#[inline(always)]
+fn triangle(v: &[DVec3; 3], ray: &Ray) -> Option<[f64; 2]> {
+    let [a, b, c] = [v[0] - ray.origin, v[1] - ray.origin, v[2] - ray.origin];
     let d = ray.direction;
     let weight_a = d.dot(c.cross(b));
     let weight_b = d.dot(a.cross(c));
@@ -73,29 +108,21 @@ fn triangle(v: &[DVec3; 3], ray: &Ray) -> Option<(f64, [f64; 2])> {
     let is_inside = (weight_a >= 0.0 && weight_b >= 0.0 && weight_c >= 0.0)
         || (weight_a <= 0.0 && weight_b <= 0.0 && weight_c <= 0.0);
     let sum = weight_a + weight_b + weight_c;
-    if !is_inside || sum == 0.0 {
-        return None;
-    }
-    // Distance from the plane, with the normal from edges: the volumes lose digits for small far triangles.
-    let normal = (b - a).cross(c - a);
-    let slope = normal.dot(d);
-    (slope != 0.0).then(|| (normal.dot(a) / slope, [weight_b / sum, weight_c / sum]))
+    (is_inside && sum != 0.0).then(|| [weight_b / sum, weight_c / sum])
 }
 
-fn sphere(center: DVec3, radius: f64, ray: &Ray, leaves: bool) -> [Option<f64>; 2] {
+/// Both distances, NaN for what is not there.
+fn sphere(center: DVec3, radius: f64, ray: &Ray, leaves: bool) -> [f64; 2] {
     let to_center = center - ray.origin;
     let along = to_center.dot(ray.direction);
     if leaves {
-        // The other root of a ray that starts on the sphere; going outward there is none.
-        return [None, (along > 0.0).then_some(2.0 * along)];
+        // The other root of a ray that starts on the sphere; going outward it is negative.
+        return [f64::NAN, 2.0 * along];
     }
     let across = to_center - along * ray.direction;
-    let discriminant = radius * radius - across.length_squared();
-    if discriminant < 0.0 {
-        return [None, None];
-    }
-    let half = discriminant.sqrt();
-    [Some(along - half), Some(along + half)]
+    // NaN for a ray that passes by.
+    let half = (radius * radius - across.length_squared()).sqrt();
+    [along - half, along + half]
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -110,9 +137,14 @@ impl Bounds {
     fn union(self, o: Self) -> Self {
         Self { min: self.min.min(o.min), max: self.max.max(o.max) }
     }
+    fn half_area(&self) -> f64 {
+        let e = (self.max - self.min).max(DVec3::ZERO);
+        e.x * e.y + e.y * e.z + e.z * e.x
+    }
     fn center(&self) -> DVec3 {
         0.5 * self.min + 0.5 * self.max
     }
+    #[inline(always)]
     /// Distance at which the ray enters, or infinity when it misses or enters past `t_max`.
     fn entry(&self, origin: DVec3, inverse: DVec3, t_max: f64) -> f64 {
         let a = (self.min - origin) * inverse;
@@ -134,13 +166,16 @@ struct Node {
 }
 
 const LEAF_SIZE: usize = 3;
+/// Below this depth nodes are halved, so that no input needs more than `STACK_SIZE` entries.
+const PLANE_DEPTH: usize = 40;
+const STACK_SIZE: usize = PLANE_DEPTH + 32;
 
 /// Closest-hit and any-hit queries over numbered shapes.
 #[derive(Clone, Debug, Default)]
 pub struct Tree {
     nodes: Vec<Node>,
-    /// In leaf order, with their numbers.
-    shapes: Vec<(u32, Shape)>,
+    /// In leaf order.
+    shapes: Vec<Stored>,
 }
 
 impl Tree {
@@ -154,8 +189,8 @@ impl Tree {
         if items.is_empty() {
             return Self::default();
         }
-        let nodes = build(&mut items, 0);
-        Self { nodes, shapes: items.into_iter().map(|(number, shape, _)| (number, shape)).collect() }
+        let nodes = build(&mut items, 0, 0);
+        Self { nodes, shapes: items.into_iter().map(|(number, shape, _)| Stored::new(number, shape)).collect() }
     }
 
     /// First hit with 0 < t <= t_max in the order (t, primitive), past `after` in that order.
@@ -183,10 +218,11 @@ impl Tree {
     }
 
     /// Calls `found` with hits in 0 < t <= limit, in no order; it returns the new limit, negative to stop.
+    #[inline(always)]
     fn visit(&self, ray: &Ray, mut t_max: f64, mut found: impl FnMut(Hit) -> f64) {
         let Some(root) = self.nodes.first() else { return };
         let inverse = ray.direction.recip();
-        let mut stack = [(0u32, 0.0f64); 64];
+        let mut stack = [(0u32, 0.0f64); STACK_SIZE];
         let mut depth = 0;
         let entry = root.bounds.entry(ray.origin, inverse, t_max);
         if entry == f64::INFINITY {
@@ -217,17 +253,13 @@ impl Tree {
                 }
                 continue;
             }
-            for (number, shape) in &self.shapes[node.at as usize..(node.at + node.count) as usize] {
-                if *number == ray.ignores {
+            for stored in &self.shapes[node.at as usize..(node.at + node.count) as usize] {
+                if stored.number == ray.ignores {
                     continue;
                 }
-                for (t, barycentric) in shape.intersect(ray, *number == ray.leaves).into_iter().flatten() {
-                    if t > 0.0 && t <= t_max {
-                        t_max = found(Hit { t, primitive: *number, barycentric });
-                        if t_max < 0.0 {
-                            return;
-                        }
-                    }
+                stored.intersect(ray, t_max, |hit| t_max = t_max.min(found(hit)));
+                if t_max < 0.0 {
+                    return;
                 }
             }
         }
@@ -235,25 +267,18 @@ impl Tree {
 }
 
 /// Nodes of `items` in depth-first order; `first` is the place of `items[0]` among all shapes.
-fn build(items: &mut [(u32, Shape, Bounds)], first: usize) -> Vec<Node> {
+fn build(items: &mut [(u32, Shape, Bounds)], first: usize, depth: usize) -> Vec<Node> {
     let bounds = items.iter().fold(Bounds::EMPTY, |b, i| b.union(i.2));
     let leaf = Node { bounds, at: first as u32, count: items.len() as u32 };
     if items.len() <= LEAF_SIZE {
         return vec![leaf];
     }
-    let centers = items.iter().fold(Bounds::EMPTY, |b, i| {
-        let c = i.2.center();
-        b.union(Bounds { min: c, max: c })
-    });
-    let extent = centers.max - centers.min;
-    let axis = extent.max_position();
-    let middle = items.len() / 2;
-    items.select_nth_unstable_by(middle, |a, b| a.2.center()[axis].total_cmp(&b.2.center()[axis]).then(a.0.cmp(&b.0)));
+    let middle = if depth < PLANE_DEPTH { split(items, &bounds) } else { split_median(items) };
     let (left, right) = items.split_at_mut(middle);
     let (left, right) = if left.len() > 4096 {
-        rayon::join(|| build(left, first), || build(right, first + middle))
+        rayon::join(|| build(left, first, depth + 1), || build(right, first + middle, depth + 1))
     } else {
-        (build(left, first), build(right, first + middle))
+        (build(left, first, depth + 1), build(right, first + middle, depth + 1))
     };
     let mut nodes = Vec::with_capacity(1 + left.len() + right.len());
     let second = 1 + left.len() as u32;
@@ -263,6 +288,70 @@ fn build(items: &mut [(u32, Shape, Bounds)], first: usize) -> Vec<Node> {
     nodes.extend(left.into_iter().map(shift(1)));
     nodes.extend(right.into_iter().map(shift(second)));
     nodes
+}
+
+/// Orders `items` about the best of 15 planes an axis by the surface area heuristic (MacDonald and Booth 1990, binned as in
+/// Wald 2007), or about the median where no plane parts them; returns the first of the right side.
+fn split(items: &mut [(u32, Shape, Bounds)], bounds: &Bounds) -> usize {
+    const BINS: usize = 16;
+    let centers = items.iter().fold(Bounds::EMPTY, |b, i| {
+        let c = i.2.center();
+        b.union(Bounds { min: c, max: c })
+    });
+    let extent = centers.max - centers.min;
+    let bin = |axis: usize, b: &Bounds| {
+        let at = (b.center()[axis] - centers.min[axis]) / extent[axis];
+        ((at * BINS as f64) as usize).min(BINS - 1)
+    };
+    let mut best = (f64::INFINITY, 0, 0);
+    for axis in 0..3 {
+        if !(extent[axis] > 0.0 && extent[axis].is_finite()) {
+            continue;
+        }
+        let mut bins = [(Bounds::EMPTY, 0usize); BINS];
+        for (_, _, b) in items.iter() {
+            let bin = &mut bins[bin(axis, b)];
+            *bin = (bin.0.union(*b), bin.1 + 1);
+        }
+        let mut right_cost = [0.0; BINS];
+        let (mut right, mut count) = (Bounds::EMPTY, 0);
+        for k in (1..BINS).rev() {
+            (right, count) = (right.union(bins[k].0), count + bins[k].1);
+            right_cost[k] = right.half_area() * count as f64;
+        }
+        let (mut left, mut count) = (Bounds::EMPTY, 0);
+        for k in 1..BINS {
+            (left, count) = (left.union(bins[k - 1].0), count + bins[k - 1].1);
+            let cost = left.half_area() * count as f64 + right_cost[k];
+            if count > 0 && count < items.len() && cost < best.0 {
+                best = (cost, axis, k);
+            }
+        }
+    }
+    let (_, axis, plane) = best;
+    if plane == 0 || bounds.half_area() == 0.0 {
+        return split_median(items);
+    }
+    let mut middle = 0;
+    for i in 0..items.len() {
+        if bin(axis, &items[i].2) < plane {
+            items.swap(i, middle);
+            middle += 1;
+        }
+    }
+    middle
+}
+
+/// Halves `items` along the longest axis of their centres.
+fn split_median(items: &mut [(u32, Shape, Bounds)]) -> usize {
+    let (min, max) = items.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), i| {
+        let c = i.2.center();
+        (min.min(c), max.max(c))
+    });
+    let axis = (max - min).max_position();
+    let middle = items.len() / 2;
+    items.select_nth_unstable_by(middle, |a, b| a.2.center()[axis].total_cmp(&b.2.center()[axis]).then(a.0.cmp(&b.0)));
+    middle
 }
 
 /// Ray from the origin of nothing in particular: no primitive left, none ignored.
@@ -307,12 +396,9 @@ mod tests {
             ray.ignores = i % 500;
             let mut all: Vec<Hit> = Vec::new();
             for (number, shape) in &shapes {
-                let hits = shape.intersect(&ray, false).into_iter().flatten();
-                all.extend(hits.filter(|h| h.0 > 0.0 && *number != ray.ignores).map(|(t, b)| Hit {
-                    t,
-                    primitive: *number,
-                    barycentric: b,
-                }));
+                if *number != ray.ignores {
+                    Stored::new(*number, *shape).intersect(&ray, f64::INFINITY, |hit| all.push(hit));
+                }
             }
             all.sort_by(|a, b| (a.t, a.primitive).partial_cmp(&(b.t, b.primitive)).unwrap());
             let mut last = None;
