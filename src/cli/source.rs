@@ -1,12 +1,14 @@
 //! From `--device` to a sample source: a Vulkan device, or the double-precision reference on the CPU.
 
+use std::sync::Arc;
+
 use steradian::film::source::SampleSource;
 use steradian::gpu::renderer::{KernelOptions, Renderer};
 use steradian::gpu::{self, Choice, Device, Selected};
 use steradian::integrator::Settings;
 use steradian::prepare::{self, Prepared};
 use steradian::reference;
-use steradian::reference::independent::Independent;
+use steradian::reference::replay::Replay;
 use steradian::scene::Scene;
 
 /// What `render` and `bench` ask of a device.
@@ -48,7 +50,8 @@ pub fn open<'a>(scene: &'a Scene, settings: &Settings, options: &Options) -> any
         Selected::Vulkan(device) => Box::new(on_device(&device, &prepared, settings, &options.kernel)?),
         Selected::Cpu { reason } => {
             notes.extend(reason);
-            Box::new(reference::render::Renderer::new(Independent::new(scene), *settings))
+            let world = Replay::new(Arc::new(prepared), settings);
+            Box::new(reference::render::Renderer::new(world, *settings))
         }
     };
     Ok(Opened { source, notes, bvh_s })

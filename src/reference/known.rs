@@ -149,28 +149,82 @@ pub fn rectangle_lamp() -> Known {
     }
 }
 
-/// The sky seen directly through its texel grid: columns of different colour, turned by a quarter. The view hits the
-/// centre of column 5 of 8 at the horizon, before the turn column 3. Colours are linear there, so the jitter cancels.
-pub fn turned_sky() -> Known {
+/// Sky of 8 x 4 texels whose columns have colours that are linear in the column; turned by +90 degrees about +y, which carries
+/// -z (the image's centre) to -x, 2 texels to the left. Toward the centre of column `column` one now sees `column` + 2.
+fn turned_columns(scene: &mut Scene, column: u32) -> (DVec3, DVec3) {
     let (width, height) = (8u32, 4u32);
     let color = |i: u32| DVec3::new(1.0 + f64::from(i), 9.0 - f64::from(i), 0.5 * f64::from(i));
     let pixels = (0..width * height).flat_map(|k| color(k % width).to_array().map(|c| c as f32)).collect::<Vec<f32>>();
-    // A turn about +y by +90 degrees carries -z (image centre) to -x: longitude falls by a quarter of the image, 2 texels.
-    // Seen now at the centre of column 3 is what stood at the centre of column 5.
-    let longitude = std::f64::consts::TAU * ((3.0 + 0.5) / 8.0 - 0.5);
-    let direction = DVec3::new(longitude.sin(), 0.0, -longitude.cos());
-    let mut scene = narrow("turned-sky", DVec3::new(3.0, 1.0, 2.0), DVec3::new(3.0, 1.0, 2.0) + direction);
     scene.images.push(Image { name: "columns".to_owned(), width, height, pixels: Pixels::RgbF32(Arc::new(pixels)) });
     scene.sky = Some(Sky { radiance: SkyRadiance::Image(0), rotation_rad: 0.5 * PI, scale: 2.0 });
+    let longitude = std::f64::consts::TAU * ((f64::from(column) + 0.5) / f64::from(width) - 0.5);
+    (DVec3::new(longitude.sin(), 0.0, -longitude.cos()), 2.0 * color(column + 2))
+}
+
+/// A turned sky seen directly at a texel's centre on the horizon.
+pub fn turned_sky() -> Known {
+    let from = DVec3::new(3.0, 1.0, 2.0);
+    let mut scene = narrow("turned-sky", from, DVec3::ZERO);
+    let (direction, radiance) = turned_columns(&mut scene, 3);
+    scene.camera = camera(from, from + direction, 0.002);
     Known {
         name: "turned sky",
         about: "a sky turned by +90 degrees about +y, read at a texel's centre",
         scene,
-        radiance: 2.0 * color(5),
+        radiance,
+    }
+}
+
+/// A mirror ball that is looked at head-on shows the sky behind the viewer. Its index is imaginary, so it reflects all.
+pub fn mirror_ball() -> Known {
+    let mut scene = narrow("mirror-ball", DVec3::ZERO, DVec3::X);
+    let (direction, radiance) = turned_columns(&mut scene, 4);
+    scene.camera = camera(3.0 * direction, DVec3::ZERO, 0.002);
+    let inputs = [
+        ("eta", Value::scalar(0.0)),
+        ("k", Value::scalar(1.0)),
+        ("roughness", Value::scalar(0.0)),
+        ("roughness_y", Value::scalar(-1.0)),
+    ];
+    place(&mut scene, "ball", Shape::Sphere, sphere_at(DVec3::ZERO, 1.0), material("conductor", &inputs));
+    Known { name: "mirror ball", about: "head-on, a mirror ball shows the sky behind the viewer", scene, radiance }
+}
+
+/// A slab of absorbing glass under a uniform sky, seen along its normal. With r = ((n-1)/(n+1))^2 and t = exp(-a d), all
+/// orders of internal reflection sum to T = (1-r)^2 t/(1 - r^2 t^2) and R = r + r (1-r)^2 t^2/(1 - r^2 t^2).
+pub fn absorbing_slab() -> Known {
+    let (absorption, depth, index) = (DVec3::new(0.2, 1.0, 4.0), 0.7, 1.5f64);
+    let mut scene = narrow("absorbing-slab", DVec3::new(0.1, 2.0, 0.2), DVec3::new(0.1, 0.0, 0.2));
+    let mut glass = material("dielectric", &[("eta", Value::scalar(index)), ("roughness", Value::scalar(0.0))]);
+    glass.interior = Some(Medium { absorption });
+    place(&mut scene, "top", Shape::Rectangle, floor_at(DVec3::ZERO, 50.0), glass.clone());
+    let turn = glam::DQuat::from_rotation_x(0.5 * PI);
+    let below = DAffine3::from_scale_rotation_translation(DVec3::splat(50.0), turn, DVec3::Y * -depth);
+    place(&mut scene, "bottom", Shape::Rectangle, below, glass);
+    scene.sky = Some(Sky { radiance: SkyRadiance::Uniform(DVec3::ONE), rotation_rad: 0.0, scale: 1.0 });
+    let r = ((index - 1.0) / (index + 1.0)).powi(2);
+    let sum = |a: f64| {
+        let t = (-a * depth).exp();
+        let series = (1.0 - r).powi(2) / (1.0 - r * r * t * t);
+        series * t + r + r * t * t * series
+    };
+    Known {
+        name: "absorbing slab",
+        about: "transmission and reflection of an absorbing plate, all internal reflections",
+        scene,
+        radiance: DVec3::new(sum(absorption.x), sum(absorption.y), sum(absorption.z)),
     }
 }
 
 /// All of them.
 pub fn all() -> Vec<Known> {
-    vec![furnace_sphere(), uniform_sky(), sphere_lamp(), rectangle_lamp(), turned_sky()]
+    vec![
+        furnace_sphere(),
+        uniform_sky(),
+        sphere_lamp(),
+        rectangle_lamp(),
+        turned_sky(),
+        mirror_ball(),
+        absorbing_slab(),
+    ]
 }

@@ -10,6 +10,7 @@ pub mod independent;
 pub mod known;
 pub mod path;
 pub mod render;
+pub mod replay;
 pub mod scenes;
 pub mod surface;
 pub mod tree;

@@ -26,6 +26,8 @@ pub struct Independent<'a> {
     scene: &'a Scene,
     tree: Tree,
     primitives: Vec<Primitive>,
+    /// By material: the model's inputs, with metals' curves resolved to RGB.
+    inputs: Vec<Vec<Value>>,
     lights: Lights,
     camera_medium: u32,
 }
@@ -76,7 +78,8 @@ impl<'a> Independent<'a> {
             }
         }
         let tree = Tree::build(primitives.iter().enumerate().map(|(i, p)| (i as u32, p.shape)).collect());
-        let mut world = Self { scene, tree, primitives, lights: Lights::default(), camera_medium: NONE };
+        let inputs = scene.materials.iter().map(resolved).collect();
+        let mut world = Self { scene, tree, primitives, inputs, lights: Lights::default(), camera_medium: NONE };
         world.lights = Lights::of(&world);
         world.camera_medium = world.medium_at(scene.camera.to_world.translation);
         world
@@ -170,6 +173,20 @@ impl<'a> Independent<'a> {
     }
 }
 
+/// The inputs of a material; a metal's spectral index becomes the RGB index that reflects the same colour.
+fn resolved(material: &Material) -> Vec<Value> {
+    let mut inputs = material.inputs.clone();
+    let place = |name: &str| MODELS[material.bsdf].inputs.iter().position(|i| i.name == name);
+    if let (Some(eta), Some(k)) = (place("eta"), place("k"))
+        && let (Value::Curve(eta_curve), Value::Curve(k_curve)) = (&material.inputs[eta], &material.inputs[k])
+    {
+        let (rgb_eta, rgb_k) = crate::math::spectrum::fit_conductor_rgb(eta_curve, k_curve);
+        inputs[eta] = Value::rgb(rgb_eta.x, rgb_eta.y, rgb_eta.z);
+        inputs[k] = Value::rgb(rgb_k.x, rgb_k.y, rgb_k.z);
+    }
+    inputs
+}
+
 /// The input of that name, if the model has one.
 fn input<'a>(material: &'a Material, name: &str) -> Option<&'a Value> {
     let place = MODELS[material.bsdf].inputs.iter().position(|i| i.name == name)?;
@@ -241,8 +258,10 @@ impl World for Independent<'_> {
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         let material = self.material(hit.primitive);
         let point = self.point(hit.primitive, hit.barycentric, ray.at(hit.t));
+        let instance = self.primitives[hit.primitive as usize].instance;
         let mut inputs = [DVec3::ZERO; 32];
-        for ((slot, value), input) in inputs.iter_mut().zip(&material.inputs).zip(MODELS[material.bsdf].inputs) {
+        let values = &self.inputs[self.scene.instances[instance as usize].material];
+        for ((slot, value), input) in inputs.iter_mut().zip(values).zip(MODELS[material.bsdf].inputs) {
             let v = self.evaluate(value, &point);
             *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
         }
@@ -250,7 +269,6 @@ impl World for Independent<'_> {
             let n = 2.0 * rgb(self.evaluate(value, &point)) - 1.0;
             DVec3::new(scale * n.x, scale * n.y, n.z)
         });
-        let instance = self.primitives[hit.primitive as usize].instance;
         let transmits = transmits(material);
         Surface {
             point: point.position,
