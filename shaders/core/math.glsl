@@ -92,7 +92,7 @@ float log_core(float f, float k, float c) {
     p = p * f - 0.2500081956386566;
     p = p * f + 0.3333333134651184;
     float ff = f * f;
-    // ln 2 = 355/512-like head of 15 bits (k times it is exact) + tail.
+    // ln 2 as a head of 15 bits, so that k times it is exact, and a tail.
     precise float r = (k * 0.693145751953125) + (f + ((k * 1.428606765330187e-06 + c) + (ff * f * p - 0.5 * ff)));
     return r;
 }
@@ -161,9 +161,10 @@ float m_exp(float x) {
 // e^x - 1 without cancellation near 0.
 float m_expm1(float x) {
     int n;
-    float r = exp_reduce(clamp(x, -18.0, 120.0), n);
+    // At 89 n is 128 and the result overflows; at -18 it is -1.
+    float r = exp_reduce(clamp(x, -18.0, 89.0), n);
     // Half of 2^n, so that n = 128 does not overflow early.
-    float s = exp2_int(min(n, 128) - 1);
+    float s = exp2_int(n - 1);
     float y = 2.0 * (s * expm1_core(r) + (s - 0.5));
     y = n == 0 ? expm1_core(r) : y;
     return is_nan_bits(x) || x == INFINITY ? x : y;

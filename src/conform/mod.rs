@@ -1,0 +1,41 @@
+//! The gates: what a device and the project's own mathematics must hold before a picture is believed (DESIGN, section 4).
+//!
+//! `run` checks a device and returns a `Report`; `steradian conform` prints it, tests only call it. A family of functions keeps
+//! its rows in a file here: `math`, `warp`, `sampler`, `texture`, `light`, `bsdf`. Gate 3 compares every GLSL function free of
+//! path state with f64 (`probe`); a function that no row names is listed in `coverage` with the gate that covers it, or fails.
+
+pub mod coverage;
+pub mod inputs;
+pub mod probe;
+pub mod report;
+
+mod builtin;
+mod math;
+mod sampler;
+mod texture;
+mod warp;
+
+pub use probe::Probe;
+pub use report::{Gate, GateRow, Report, Verdict};
+
+use crate::gpu::Device;
+
+/// Inputs of a probe row: at least a million, DESIGN 4.3.
+pub const PROBE_INPUTS: usize = 1 << 20;
+
+/// Every probe row of gates 2 and 3.
+pub fn probes() -> Vec<Probe> {
+    [builtin::probes(), math::probes(), warp::probes(), sampler::probes(), texture::probes()]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+/// Gates 2 and 3 on a device. A row runs when its name, or "gate N", contains `filter`; an empty filter is all.
+pub fn run(device: &Device, filter: &str) -> Report {
+    let mut report = Report::new(&device.info().name, &device.info().driver);
+    let probes = probes();
+    report.rows.extend(probe::run_all(device, &probes, filter, PROBE_INPUTS));
+    report.rows.extend(coverage::rows(&probes).into_iter().filter(|row| row.is_wanted(filter)));
+    report
+}
