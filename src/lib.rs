@@ -16,6 +16,7 @@ pub mod output;
 pub mod prepare;
 pub mod reference;
 pub mod render;
+pub mod report;
 pub mod sampler;
 pub mod scene;
 pub mod shader;

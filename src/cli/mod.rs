@@ -2,6 +2,7 @@
 
 mod compare;
 mod devices;
+mod inspect;
 mod interrupt;
 mod progress;
 mod render;
@@ -28,6 +29,8 @@ enum Command {
     Render(render::Args),
     /// Lists the devices that can render
     Devices(devices::Args),
+    /// Says what a scene needs, what its kernel leaves out, and what that saved
+    Inspect(inspect::Args),
     /// Measures the error of image A against reference B
     Compare(compare::Args),
 }
@@ -64,6 +67,7 @@ pub fn run(started: Instant) -> anyhow::Result<Exit> {
     match cli.command {
         Command::Render(args) => render::run(&args, started),
         Command::Devices(args) => devices::run(&args),
+        Command::Inspect(args) => inspect::run(&args),
         Command::Compare(args) => compare::run(&args),
     }
 }

@@ -1,0 +1,3 @@
+//! Reports: what `inspect` and `bench` print.
+
+pub mod inspect;
