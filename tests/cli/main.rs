@@ -1,8 +1,11 @@
 //! The program from outside: texts, exit codes, files. Renders on the CPU reference, which every machine has.
 
 mod bad_input;
+mod broken_files;
 mod compare;
 mod render;
+#[path = "../support/triangle.rs"]
+mod triangle;
 
 use std::path::{Path, PathBuf};
 

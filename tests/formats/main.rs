@@ -2,6 +2,9 @@
 
 mod assets;
 mod bad;
+mod skies;
+#[path = "../support/triangle.rs"]
+mod triangle;
 
 /// The folder of sample models, or None after saying so: the skip is counted in the output.
 fn assets_folder() -> Option<std::path::PathBuf> {

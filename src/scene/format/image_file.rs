@@ -7,6 +7,7 @@ use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::math::special::srgb_decode;
 use crate::scene::{Error, Image, Pixels};
 
 /// Decoded bytes one image may take: 16384 x 16384 RGBA8.
@@ -72,6 +73,7 @@ pub fn read_sky(path: &Path, notes: &mut Vec<String>) -> Result<Image, Error> {
     let bytes = super::read_bytes(path)?;
     let fail = |reason: String| Error::Image { path: path.to_path_buf(), reason };
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let linear = |byte: u8| srgb_decode(f64::from(byte) / 255.0) as f32;
     let is_exr = bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]);
     let (width, height, mut rgb) = if is_exr {
         decode_exr(&bytes).map_err(fail)?
@@ -81,7 +83,7 @@ pub fn read_sky(path: &Path, notes: &mut Vec<String>) -> Result<Image, Error> {
             Pixels::RgbF32(rgb) => Arc::try_unwrap(rgb).unwrap_or_else(|shared| shared.to_vec()),
             Pixels::Rgba8(rgba) => {
                 notes.push(format!("sky {name} has 8 bits a channel: read as sRGB, its highlights are cut"));
-                rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).map(srgb_to_linear).collect()
+                rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).map(linear).collect()
             }
         };
         (image.width, image.height, rgb)
@@ -158,10 +160,4 @@ fn clean(name: &str, rgb: &mut [f32], notes: &mut Vec<String>) {
             "sky {name}: {saturated} values are 65504, the largest half float: the sun was probably cut, and its light with it"
         ));
     }
-}
-
-/// IEC 61966-2-1.
-fn srgb_to_linear(byte: u8) -> f32 {
-    let x = f64::from(byte) / 255.0;
-    (if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }) as f32
 }

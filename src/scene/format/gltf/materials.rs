@@ -37,7 +37,8 @@ pub fn build(
     let entry = index.map_or(&default, |i| &file.document.materials[i]);
     let place = index.map_or("default material".into(), |i| place(entry, i));
     check_numbers(entry).map_err(|key| file.error(&place, format!("`{key}` is out of its range; correct it")))?;
-    let (model, name) = (model()?, entry.name.clone().unwrap_or_else(|| place.clone()));
+    let model = MODELS.iter().position(|m| m.keyword == "gltf").expect("bsdf_list! holds gltf");
+    let name = entry.name.clone().unwrap_or_else(|| place.clone());
     let mut material = plain_material(&name, model);
     let mut look_up = |info: &TextureInfo, encoding| textures.value(file, info, encoding, scene);
     let pbr = &entry.pbr_metallic_roughness;
@@ -82,14 +83,15 @@ pub fn build(
         }
     }
     let mut ior = extensions.ior.as_ref().map_or(1.5, |i| i.ior);
-    if ior < 1.0 {
-        // 0 stands for "all is reflected" in the extension: no index does that.
-        scene.notes.push(format!("{place}: index of refraction {ior} taken as {}", if ior == 0.0 { 1e3 } else { 1.0 }));
-        ior = if ior == 0.0 { 1e3 } else { 1.0 };
+    // 0 means "all is reflected", in the extension and in the model.
+    if ior != 0.0 && !(1.0..=10.0).contains(&ior) {
+        let taken = ior.clamp(1.0, 10.0);
+        scene.notes.push(format!("{place}: index of refraction {ior} taken as {taken}"));
+        ior = taken;
     }
     for (input, slot) in MODELS[model].inputs.iter().zip(&mut material.inputs) {
         *slot = match input.name {
-            "base_color" | "albedo" => base_color.clone(),
+            "base_color" => base_color.clone(),
             "metallic" => metallic.clone(),
             "roughness" => roughness.clone(),
             "transmission" => transmission.clone(),
@@ -106,10 +108,6 @@ pub fn place(entry: &Entry, index: usize) -> String {
         Some(name) => format!("material {index} \"{name}\""),
         None => format!("material {index}"),
     }
-}
-
-fn model() -> Result<usize, Error> {
-    Ok(MODELS.iter().position(|m| m.keyword == "gltf").unwrap_or(0))
 }
 
 fn times(a: Value, b: Value) -> Value {

@@ -94,6 +94,7 @@ pub const VALUE: Section = section!("value", "An input is a number, a colour `[r
     "vertex_color": "true" = "false"; "the mesh's colour; white where it has none",
     "factor": "number or colour" = "1"; "multiplies the result",
     "metal": "\"gold\", \"copper\" or \"aluminium\"" = "none"; "for `eta` and `k`: the metal's complex index",
+    "curve": "[[nm, value], ...]" = "none"; "a measured quantity against wavelength, such as `eta` and `k` of a metal",
     "strength": "number" = "1"; "for `normal_map` only",
 );
 

@@ -4,6 +4,7 @@
 //! value by how it was opened: values are written in braces, patches under a header.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use ::toml::de::{DeTable, DeValue};
 use glam::{DAffine2, DMat2, DVec2, DVec3};
@@ -12,7 +13,7 @@ use super::model::Brought;
 use super::table::{Item, Table};
 use super::{Builder, keys};
 use crate::bsdf::MODELS;
-use crate::scene::{Alpha, Error, Material, Medium, Value};
+use crate::scene::{Alpha, Curve, Error, Material, Medium, Value};
 
 /// Complex indices at red, green and blue (sRGB primaries), fitted to the reflectance of measured metals.
 const METALS: &[(&str, [f64; 3], [f64; 3])] = &[
@@ -120,6 +121,15 @@ impl<'a> Builder<'a> {
             let word: &str = key.get_ref();
             if let Some(slot) = inputs.iter().position(|i| *i == word) {
                 material.inputs[slot] = self.value(table, word, item)?;
+                let range = MODELS[bsdf].inputs[slot].range;
+                if let Value::Constant(c) = &material.inputs[slot]
+                    && !c[..3].iter().all(|x| (range.0..=range.1).contains(x))
+                {
+                    return Err(table.error(word, format!("must lie from {} to {}", range.0, range.1)));
+                }
+                if is_metal(item) && !inputs.contains(&"k") {
+                    return Err(table.error(word, "names a metal, whose index is complex: use type = \"conductor\""));
+                }
             } else if !keys::MATERIAL.keys.iter().any(|k| k.name == word) {
                 match item.get_ref() {
                     DeValue::Table(entries) if base.is_none() && !self.source.is_inline(&item.span()) => {
@@ -207,6 +217,9 @@ impl<'a> Builder<'a> {
                 _ => Err(value.error("metal", "is an index of refraction: it belongs to `eta` and `k`")),
             };
         }
+        if let Some(rows) = value.rows::<2>("curve")? {
+            return curve(&value, &rows);
+        }
         self.lookup(&value)
     }
 
@@ -251,6 +264,20 @@ impl<'a> Builder<'a> {
         }
         Ok(())
     }
+}
+
+fn is_metal(item: &Item<'_>) -> bool {
+    item.get_ref().get("metal").is_some()
+}
+
+/// `[[nm, value], ...]`.
+fn curve(value: &Table<'_>, rows: &[[f64; 2]]) -> Result<Value, Error> {
+    let is_ascending = rows.windows(2).all(|w| w[0][0] < w[1][0]);
+    if rows.is_empty() || !is_ascending || rows[0][0] <= 0.0 || rows.iter().any(|r| r[1] < 0.0) {
+        return Err(value.error("curve", "must be [[nm, value], ...] with rising wavelengths and no negative value"));
+    }
+    let (wavelength_nm, values) = rows.iter().map(|r| (r[0], r[1])).unzip();
+    Ok(Value::Curve(Arc::new(Curve { wavelength_nm, value: values })))
 }
 
 /// `offset + R * (scale * uv)`, the matrix of KHR_texture_transform. v runs down, so that R turns u towards -v.
