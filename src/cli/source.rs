@@ -30,7 +30,7 @@ pub struct KernelArgs {
 
 impl KernelArgs {
     pub fn options(&self) -> KernelOptions {
-        KernelOptions { everything: self.everything, no_cache: self.no_cache }
+        KernelOptions { everything: self.everything, no_cache: self.no_cache, ..KernelOptions::default() }
     }
 }
 

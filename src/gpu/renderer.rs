@@ -15,7 +15,7 @@ use crate::prepare::Prepared;
 use crate::prepare::features::Features;
 use crate::shader::assemble::{self, Push, WORKGROUP};
 use crate::shader::cache::Cache;
-use crate::shader::compile::compile;
+use crate::shader::compile::{Edit, compile};
 
 /// Seconds a dispatch should take.
 const DISPATCH_S: f64 = 0.25;
@@ -31,6 +31,9 @@ pub struct KernelOptions {
     pub everything: bool,
     /// SPIR-V is not looked up nor kept on disk.
     pub no_cache: bool,
+    /// Changes to the text, for gates that need another kernel (one sample a slot, a deliberate fault). A kernel with edits
+    /// that does not fit or does not compile is an error.
+    pub edits: Vec<Edit>,
 }
 
 /// Renders one scene on one device.
@@ -73,6 +76,9 @@ impl Renderer {
         options: &KernelOptions,
     ) -> Result<Self, Error> {
         let features = Features::of(prepared, settings);
+        if !options.edits.is_empty() && !options.everything {
+            return Self::with_features(device, prepared, settings, features, options);
+        }
         if options.everything {
             return Self::with_features(device, prepared, settings, features.everything(), options);
         }
@@ -106,7 +112,10 @@ impl Renderer {
             })
             .collect();
         let size = |name: &str| rows.iter().find(|(n, _)| *n == name).map_or(0, |(_, r)| r.len());
-        let program = assemble::assemble(&features, settings, prepared, device.info(), size)?;
+        let mut program = assemble::assemble(&features, settings, prepared, device.info(), size)?;
+        for edit in &options.edits {
+            program.source.apply(edit).map_err(|e| Error::Shader(e.to_string()))?;
+        }
         let mut tables = Vec::new();
         for ((name, rows), (_, body)) in rows.into_iter().zip(&program.tables) {
             tables.push(device.table(name, &rows, *body)?);

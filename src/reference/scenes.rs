@@ -189,7 +189,39 @@ fn bumpy_sphere() -> Mesh {
     mesh
 }
 
+/// Spheres of every model that is not Lambert, on a floor, under the hot sky and a lamp. The model's tables, delta lobes,
+/// anisotropy, absorption and thin walls are all in use.
+pub fn materials(size: u32) -> Scene {
+    let mut s = empty("materials", camera(DVec3::new(0.0, 1.6, 4.2), DVec3::Y * 0.6, 40f64.to_radians()), size);
+    s.images.push(hot_sky());
+    s.sky = Some(Sky { radiance: SkyRadiance::Image(0), rotation_rad: 2.0, scale: 0.7 });
+    let floor = wall(DVec3::ZERO, DVec3::Y, [3.0, 3.0]);
+    place(&mut s, "floor", Shape::Rectangle, floor, lambert(DVec3::new(0.6, 0.55, 0.5)));
+    let value = Value::scalar;
+    let mut absorbing = material("dielectric", &[]);
+    absorbing.interior = Some(Medium { absorption: DVec3::new(0.3, 1.0, 2.5) });
+    let balls = [
+        material("conductor", &[("roughness", value(0.5)), ("roughness_y", value(0.25))]),
+        absorbing,
+        material("dielectric", &[("roughness", value(0.45)), ("eta", value(1.4))]),
+        material(
+            "gltf",
+            &[("base_color", Value::rgb(0.8, 0.3, 0.2)), ("metallic", value(0.3)), ("roughness", value(0.5))],
+        ),
+        material("conductor", &[("roughness", value(0.0))]),
+    ];
+    for (k, ball) in balls.into_iter().enumerate() {
+        let center = DVec3::new(0.8 * (k as f64 - 2.0), 0.38, 0.2 * (k % 2) as f64);
+        place(&mut s, &format!("ball {k}"), Shape::Sphere, sphere_at(center, 0.38), ball);
+    }
+    let pane = material("thin_dielectric", &[("tint", Value::rgb(0.9, 0.5, 0.4))]);
+    place(&mut s, "pane", Shape::Rectangle, wall(DVec3::new(-0.8, 0.7, 0.9), DVec3::Z, [0.25, 0.4]), pane);
+    let center = DVec3::new(1.2, 1.9, 0.8);
+    place(&mut s, "lamp", Shape::Sphere, sphere_at(center, 0.3), lamp(DVec3::new(8.0, 7.0, 5.0)));
+    s
+}
+
 /// All of them at a size.
 pub fn all(size: u32) -> Vec<Scene> {
-    vec![cornell(size), sphere_lamps(size), alpha_sheets(size), textured(size)]
+    vec![cornell(size), sphere_lamps(size), alpha_sheets(size), textured(size), materials(size)]
 }

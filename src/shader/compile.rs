@@ -49,6 +49,18 @@ impl Source {
         Ok(self.part(path, text))
     }
 
+    /// Replaces text that occurs exactly once in one part.
+    pub fn apply(&mut self, edit: &Edit) -> Result<(), CompileError> {
+        let part = self.parts.iter_mut().find(|p| p.file == edit.file);
+        let part = part.ok_or_else(|| CompileError::NoFile(edit.file.to_owned()))?;
+        let count = part.text.matches(edit.from).count();
+        if count != 1 {
+            return Err(CompileError::Edit { file: edit.file.to_owned(), from: edit.from.to_owned(), count });
+        }
+        part.text = part.text.replacen(edit.from, edit.to, 1);
+        Ok(())
+    }
+
     /// The whole text as the compiler sees it.
     pub fn text(&self) -> String {
         let mut text = "#version 460\n#extension GL_GOOGLE_cpp_style_line_directive : require\n".to_owned();
@@ -62,8 +74,20 @@ impl Source {
     }
 }
 
+/// One change of a part's text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edit {
+    /// The part's name, `bsdf/lambert.glsl`.
+    pub file: &'static str,
+    /// Must occur exactly once in the part.
+    pub from: &'static str,
+    pub to: &'static str,
+}
+
 #[derive(Debug, thiserror::Error)]
 pub enum CompileError {
+    #[error("the text \"{from}\" occurs {count} times in {file}, not once")]
+    Edit { file: String, from: String, count: usize },
     #[error("there is no embedded shader file \"{0}\"")]
     NoFile(String),
     #[error("kernel \"{kernel}\" does not compile:\n{log}")]
