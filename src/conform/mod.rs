@@ -5,9 +5,14 @@
 //! path state with f64 (`probe`); a function that no row names is listed in `coverage` with the gate that covers it, or fails.
 
 pub mod coverage;
+pub mod images;
 pub mod inputs;
+pub mod mutations;
+pub mod paths;
 pub mod probe;
+pub mod replay;
 pub mod report;
+pub mod subject;
 
 mod builtin;
 mod math;

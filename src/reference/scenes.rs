@@ -110,6 +110,15 @@ fn hot_sky() -> Image {
     Image { name: "hot sky".to_owned(), width, height, pixels: Pixels::RgbF32(pixels.into()) }
 }
 
+/// Transform of the stretched ball of `textured`: its normals need the inverse transpose.
+pub fn stretched_ball() -> DAffine3 {
+    DAffine3::from_scale_rotation_translation(
+        DVec3::new(0.5, 0.9, 0.3),
+        DQuat::from_rotation_z(0.5),
+        DVec3::new(-0.9, 0.9, 0.0),
+    )
+}
+
 /// Textures, vertex colours, uv transforms, a stretched and a mirrored instance with smooth normals, under a turned sky.
 pub fn textured(size: u32) -> Scene {
     let mut s = empty("textured", camera(DVec3::new(0.5, 1.8, 4.0), DVec3::Y * 0.5, 40f64.to_radians()), size);
@@ -142,8 +151,7 @@ pub fn textured(size: u32) -> Scene {
     s.meshes.push(bumpy_sphere());
     let body =
         |scale, angle, center| DAffine3::from_scale_rotation_translation(scale, DQuat::from_rotation_z(angle), center);
-    let stretched = body(DVec3::new(0.5, 0.9, 0.3), 0.5, DVec3::new(-0.9, 0.9, 0.0));
-    place(&mut s, "stretched", Shape::Mesh(0), stretched, painted(look_up(0, 2.0, 0.0)));
+    place(&mut s, "stretched", Shape::Mesh(0), stretched_ball(), painted(look_up(0, 2.0, 0.0)));
     let mirrored = body(DVec3::new(-0.6, 0.6, 0.6), 0.2, DVec3::new(0.9, 0.6, 0.2));
     let tinted = Value::Multiply(Box::new(Value::VertexColor), Box::new(look_up(1, 3.0, 0.4)));
     place(&mut s, "mirrored", Shape::Mesh(0), mirrored, painted(tinted));

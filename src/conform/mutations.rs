@@ -1,0 +1,235 @@
+//! Gate 9: deliberate faults, each of which a named gate must catch. A gate that cannot fail is no gate.
+//!
+//! A fault is one replacement in the kernel's text or one change of the records. Its row passes when every check it names fails
+//! on it; the same checks pass on the sound kernel in gates 6 and 7. Some faults are unbiased and only a replay sees them; faults
+//! of the records are the same for device and replay, and only the independent oracle sees them: the table says which.
+
+use std::collections::HashMap;
+
+use super::images;
+use super::replay;
+use super::report::{Gate, GateRow, Verdict, is_wanted};
+use super::subject::{Fault, Subject};
+use crate::error::Error;
+use crate::film::Film;
+use crate::gpu::Device;
+use crate::integrator::{Estimator, Settings};
+use crate::prepare::Prepared;
+use crate::prepare::records::TEXTURE_SRGB;
+use crate::reference::known::{self, Known};
+use crate::reference::scenes;
+use crate::scene::Scene;
+use crate::shader::compile::Edit;
+
+/// A check that must fail on the fault.
+#[derive(Clone, Copy)]
+enum Check {
+    /// Gate 6 on a scene.
+    Replay(fn(u32) -> Scene),
+    /// Gate 7 against the independent oracle.
+    Image(fn(u32) -> Scene),
+    /// Gate 7 against a closed form.
+    ClosedForm(fn() -> Known),
+}
+use Check::{ClosedForm, Image, Replay};
+
+struct Mutation {
+    name: &'static str,
+    fault: Fault,
+    caught_by: &'static [Check],
+}
+
+const fn text(file: &'static str, from: &'static str, to: &'static str) -> Fault {
+    Fault::Text(Edit { file, from, to })
+}
+
+const MUTATIONS: &[Mutation] = &[
+    Mutation {
+        name: "lambert evaluates without its cosine",
+        fault: text("bsdf/lambert.glsl", "b.albedo * (INV_PI * wi.z)", "b.albedo * INV_PI"),
+        caught_by: &[ClosedForm(known::sphere_lamp), Replay(scenes::cornell), Image(scenes::cornell)],
+    },
+    Mutation {
+        name: "lambert is rho over 2 pi",
+        fault: text("bsdf/lambert.glsl", "b.albedo * (INV_PI", "b.albedo * (INV_TWO_PI"),
+        caught_by: &[ClosedForm(known::uniform_sky), Image(scenes::cornell)],
+    },
+    Mutation {
+        name: "the density of lambert is halved in both weights, which stays unbiased",
+        fault: text(
+            "bsdf/lambert.glsl",
+            "return is_reflection ? INV_PI * wi.z",
+            "return is_reflection ? INV_TWO_PI * wi.z",
+        ),
+        caught_by: &[Replay(scenes::cornell)],
+    },
+    Mutation {
+        name: "the Jacobian of reflection 1/(4 wo.h) is dropped",
+        fault: text(
+            "bsdf/ggx.glsl",
+            "return vec2(0.5 * d * i.z / (o.z * si + i.z * so), 0.5 * d / (o.z + so));",
+            "return vec2(2.0 * d * i.z / (o.z * si + i.z * so), 2.0 * d / (o.z + so));",
+        ),
+        caught_by: &[Replay(scenes::materials), Image(scenes::materials)],
+    },
+    Mutation {
+        name: "roughness is not squared",
+        fault: text(
+            "bsdf/ggx.glsl",
+            "float x = sqr(clamp(roughness, 0.0, 1.0));",
+            "float x = clamp(roughness, 0.0, 1.0);",
+        ),
+        caught_by: &[Replay(scenes::materials), Image(scenes::materials)],
+    },
+    Mutation {
+        name: "the factor 1/eta^2 of refraction is missing in samples",
+        fault: text("bsdf/dielectric.glsl", "float weight = s.eta_scale * (", "float weight = ("),
+        caught_by: &[Image(scenes::materials)],
+    },
+    Mutation {
+        name: "the weight of light samples is that of the other technique",
+        fault: text(
+            "integrator/scatter.glsl",
+            "mis_weight(light.pdf, bsdf_pdf(shading.lobes, shading.wo, wi))",
+            "mis_weight(bsdf_pdf(shading.lobes, shading.wo, wi), light.pdf)",
+        ),
+        caught_by: &[Replay(scenes::cornell), Image(scenes::cornell)],
+    },
+    Mutation {
+        name: "the probability of the chosen light is left out",
+        fault: text("integrator/emission.glsl", "r.pdf *= light.pmf;", ""),
+        caught_by: &[Replay(scenes::sphere_lamps), Image(scenes::sphere_lamps)],
+    },
+    Mutation {
+        name: "the sky is looked up half a texel off",
+        fault: text("light/sky.glsl", "vec2 x = sky_position(sky, d) - 0.5;", "vec2 x = sky_position(sky, d);"),
+        caught_by: &[ClosedForm(known::turned_sky), ClosedForm(known::mirror_ball), Image(scenes::textured)],
+    },
+    Mutation {
+        name: "survivors of roulette are not divided by their probability",
+        fault: text("integrator/scatter.glsl", "s.throughput *= plays ? 1.0 / q : 1.0;", ""),
+        caught_by: &[ClosedForm(known::furnace_sphere), Image(scenes::cornell)],
+    },
+    Mutation {
+        name: "one random dimension is used twice",
+        fault: text("integrator/scatter.glsl", "u01(path_word(s, BSDF_V))", "u01(path_word(s, BSDF_U))"),
+        caught_by: &[Replay(scenes::cornell), Image(scenes::cornell)],
+    },
+    Mutation {
+        name: "shadow rays reach past the light",
+        fault: text(
+            "integrator/scatter.glsl",
+            "is_candidate ? light.distance : 0.0",
+            "is_candidate ? light.distance * 1.02 : 0.0",
+        ),
+        caught_by: &[Image(scenes::cornell)],
+    },
+    Mutation {
+        name: "media do not absorb",
+        fault: text("integrator/state.glsl", "return is_inside ? through : Spectrum(1.0);", "return Spectrum(1.0);"),
+        caught_by: &[ClosedForm(known::absorbing_slab)],
+    },
+    Mutation {
+        name: "normals go through the matrix, not its inverse transpose",
+        fault: Fault::Records(normals_through_the_matrix),
+        caught_by: &[Image(scenes::textured)],
+    },
+    Mutation {
+        name: "texture coordinates are half a texel off",
+        fault: Fault::Records(shift_texture_coordinates),
+        caught_by: &[Image(scenes::textured)],
+    },
+    Mutation {
+        name: "sRGB texels are taken as linear",
+        fault: Fault::Records(|p| p.textures.iter_mut().for_each(|t| t.flags &= !TEXTURE_SRGB)),
+        caught_by: &[Image(scenes::textured)],
+    },
+    Mutation {
+        name: "the recorded probabilities of lights are not those of the table",
+        fault: Fault::Records(|p| {
+            let even = 1.0 / p.lights.len() as f32;
+            p.lights.iter_mut().for_each(|l| l.pmf = even);
+        }),
+        caught_by: &[Image(scenes::sphere_lamps)],
+    },
+];
+
+/// n = M^-T n0 became M n0 = M M^T n, up to length, for the stretched ball of `scenes::textured`.
+fn normals_through_the_matrix(p: &mut Prepared) {
+    let m = scenes::stretched_ball().matrix3;
+    for record in &mut p.normals {
+        let n = glam::DVec3::from(record.normal.map(f64::from));
+        record.normal = (m * (m.transpose() * n)).normalize_or_zero().as_vec3().to_array();
+    }
+}
+
+fn shift_texture_coordinates(p: &mut Prepared) {
+    for uv in &mut p.uvs {
+        // The image of `scenes::textured` is 8 texels wide and looked up at twice the coordinate.
+        uv.uv0[0] += 0.5 / 8.0 / 2.0;
+    }
+}
+
+/// Image size and samples a pixel of the checks: the smallest at which all faults show by a wide margin.
+const SIZE: u32 = 32;
+const SPP: u32 = 512;
+
+/// One row a fault.
+pub fn rows(device: &Device, filter: &str) -> Vec<GateRow> {
+    let mut oracle = HashMap::new();
+    let wanted = MUTATIONS.iter().filter(|m| is_wanted(Gate::Mutations, m.name, filter));
+    wanted.map(|m| row(device, m, &mut oracle)).collect()
+}
+
+fn row(device: &Device, mutation: &Mutation, oracle: &mut HashMap<String, Film>) -> GateRow {
+    let subject = Subject::with_fault(device, mutation.fault);
+    let outcomes: Vec<Result<GateRow, Error>> =
+        mutation.caught_by.iter().map(|check| run(&subject, check, oracle)).collect();
+    let is_caught = |o: &Result<GateRow, Error>| matches!(o, Ok(r) if r.verdict == Verdict::Fail);
+    let evidence: Vec<String> = outcomes
+        .iter()
+        .map(|o| match o {
+            Ok(r) => format!(
+                "{} by gate {} {}: {}",
+                if r.verdict == Verdict::Fail { "caught" } else { "NOT caught" },
+                r.gate.number(),
+                r.name,
+                r.evidence
+            ),
+            Err(e) => format!("could not run: {e}"),
+        })
+        .collect();
+    let is_passed = !outcomes.is_empty() && outcomes.iter().all(is_caught);
+    GateRow::new(Gate::Mutations, mutation.name, is_passed, evidence.join("; "), "every named check fails")
+}
+
+fn run(subject: &Subject, check: &Check, oracle: &mut HashMap<String, Film>) -> Result<GateRow, Error> {
+    match check {
+        Replay(scene) => replay::row(subject, &scene(SIZE), &Settings::default()),
+        ClosedForm(known) => images::closed_form(subject, &known(), Estimator::Mis, SPP),
+        Image(scene) => {
+            let scene = scene(SIZE);
+            let film = oracle.entry(scene.name.clone()).or_insert_with(|| images::oracle(&scene, SPP));
+            images::against_oracle(subject, &scene, Estimator::Mis, film)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::source;
+
+    #[test]
+    fn every_text_fault_fits_exactly_once() {
+        for m in MUTATIONS {
+            if let Fault::Text(edit) = m.fault {
+                let text = source::get(edit.file).unwrap();
+                assert_eq!(text.matches(edit.from).count(), 1, "{}: \"{}\" in {}", m.name, edit.from, edit.file);
+                assert_ne!(edit.from, edit.to);
+            }
+            assert!(!m.caught_by.is_empty(), "{}", m.name);
+        }
+        assert!(MUTATIONS.len() >= 10);
+    }
+}

@@ -1,0 +1,125 @@
+//! The rows of gates 6, 7 and 8: which scenes, which estimators, how many samples.
+
+use std::path::{Path, PathBuf};
+
+use super::report::{Gate, GateRow, Verdict, is_wanted};
+use super::subject::Subject;
+use super::{images, replay};
+use crate::error::Error;
+use crate::gpu::Device;
+use crate::integrator::{Estimator, Settings};
+use crate::reference::{known, scenes};
+use crate::scene::{self, Scene, SkyRadiance};
+
+/// Size of the images: `SMALL` for continuous integration, `FULL` by command.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    pub size: u32,
+    pub spp: u32,
+    pub closed_form_spp: u32,
+}
+
+pub const SMALL: Scale = Scale { size: 64, spp: 256, closed_form_spp: 4096 };
+pub const FULL: Scale = Scale { size: 128, spp: 1024, closed_form_spp: 16384 };
+
+/// Models under the HDR sky, below the assets folder.
+const MODELS: [&str; 3] = [
+    "gltf/FlightHelmet/FlightHelmet.gltf",
+    "gltf/GlassHurricaneCandleHolder/GlassHurricaneCandleHolder.glb",
+    "gltf/NormalTangentTest/NormalTangentTest.glb",
+];
+const SKY: &str = "hdri/kloppenheim_05_1k.hdr";
+
+type Run<'a> = Box<dyn Fn(&Subject) -> Result<GateRow, Error> + 'a>;
+
+/// Runs the rows that `filter` names.
+pub fn rows(device: &Device, filter: &str, scale: Scale) -> Vec<GateRow> {
+    let subject = Subject::new(device);
+    let scenes = scenes::all(scale.size);
+    let (models, missing) = models(scale.size);
+    let known = known::all();
+    let mut list: Vec<(Gate, String, Run)> = Vec::new();
+    for scene in scenes.iter().chain(&models) {
+        let row = move |s: &Subject| replay::row(s, scene, &Settings::default());
+        list.push((Gate::Replay, format!("replay {}", scene.name), Box::new(row)));
+    }
+    for known in &known {
+        let row = move |s: &Subject| images::closed_form(s, known, Estimator::Mis, scale.closed_form_spp);
+        list.push((Gate::Images, format!("closed form {}", known.name), Box::new(row)));
+    }
+    for scene in scenes.iter().chain(&models) {
+        let row = move |s: &Subject| {
+            let oracle = images::oracle(scene, scale.spp);
+            images::against_oracle(s, scene, Estimator::Mis, &oracle)
+        };
+        list.push((Gate::Images, format!("image {}", scene.name), Box::new(row)));
+    }
+    for scene in &scenes {
+        for other in [Estimator::Bsdf, Estimator::Light] {
+            let row = move |s: &Subject| images::estimators(s, scene, other, scale.spp);
+            list.push((Gate::Images, format!("estimators {} {other:?}", scene.name).to_lowercase(), Box::new(row)));
+        }
+    }
+    for scene in scenes.iter().chain(&models) {
+        let row = move |s: &Subject| images::specialised(s, scene, 16);
+        list.push((Gate::Specialised, format!("specialised {}", scene.name), Box::new(row)));
+    }
+    let run = |(gate, name, run): (Gate, String, Run)| match run(&subject) {
+        Ok(row) => row,
+        Err(e) => GateRow::new(gate, name, false, e.to_string(), "the row runs"),
+    };
+    let mut rows: Vec<GateRow> =
+        list.into_iter().filter(|(gate, name, _)| is_wanted(*gate, name, filter)).map(run).collect();
+    for file in missing {
+        let name = format!("image {file}");
+        if is_wanted(Gate::Images, &name, filter) {
+            let verdict = Verdict::Skip;
+            let (evidence, bound) = ("skipped: no assets".to_owned(), "STERADIAN_ASSETS".to_owned());
+            rows.push(GateRow { gate: Gate::Images, name, verdict, evidence, bound });
+        }
+    }
+    rows
+}
+
+/// The models that are there, framed and lit, and the names of the rest.
+fn models(size: u32) -> (Vec<Scene>, Vec<String>) {
+    let folder = std::env::var_os("STERADIAN_ASSETS").map_or_else(|| PathBuf::from("../shared/assets"), PathBuf::from);
+    let (mut found, mut missing) = (Vec::new(), Vec::new());
+    for file in MODELS {
+        match model(&folder, file, size) {
+            Some(scene) => found.push(scene),
+            None => missing.push(file.to_owned()),
+        }
+    }
+    (found, missing)
+}
+
+fn model(folder: &Path, file: &str, size: u32) -> Option<Scene> {
+    let mut scene = scene::format::load(&folder.join(file)).ok()?;
+    let sky = scene::format::image_file::read_sky(&folder.join(SKY), &mut scene.notes).ok()?;
+    scene.images.push(sky);
+    let radiance = SkyRadiance::Image(scene.images.len() - 1);
+    scene.sky = Some(scene::Sky { radiance, rotation_rad: 0.6, scale: 1.0 });
+    (scene.film.width, scene.film.height) = (size, size);
+    scene.name = Path::new(file).file_stem()?.to_string_lossy().into_owned();
+    scene::frame_camera(&mut scene);
+    Some(scene)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand: `cargo test --lib conform::paths -- --ignored --nocapture`, with FILTER in the environment.
+    #[test]
+    #[ignore = "prints the rows of gates 6 to 9 on the first Vulkan device"]
+    fn print_rows() {
+        let filter = std::env::var("FILTER").unwrap_or_default();
+        let device = Device::open(&crate::gpu::Choice::Auto, &crate::gpu::Options::default()).unwrap();
+        let mut all = rows(&device, &filter, SMALL);
+        all.extend(super::super::mutations::rows(&device, &filter));
+        for r in &all {
+            println!("{:?} gate {} {}: {}  [{}]", r.verdict, r.gate.number(), r.name, r.evidence, r.bound);
+        }
+    }
+}

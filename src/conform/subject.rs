@@ -1,0 +1,91 @@
+//! What the path gates examine: a device that renders a scene, as it is or with a deliberate fault.
+
+use std::sync::Arc;
+
+use crate::error::Error;
+use crate::film::slot::SlotRecord;
+use crate::film::source::SampleSource;
+use crate::film::{Film, Tile};
+use crate::gpu::Device;
+use crate::gpu::renderer::{KernelOptions, Renderer};
+use crate::integrator::Settings;
+use crate::prepare::{self, Prepared};
+use crate::scene::Scene;
+use crate::shader::compile::Edit;
+
+/// A deliberate fault.
+#[derive(Clone, Copy, Debug)]
+pub enum Fault {
+    /// In the kernel's text.
+    Text(Edit),
+    /// In the records, after the oracle's copy was taken.
+    Records(fn(&mut Prepared)),
+}
+
+/// A device under test.
+#[derive(Clone, Copy)]
+pub struct Subject<'a> {
+    pub device: &'a Device,
+    pub fault: Option<Fault>,
+    pub everything: bool,
+}
+
+/// One sample a slot instead of a block, so that single paths can be compared.
+const ONE_SAMPLE: Edit =
+    Edit { file: "<head>", from: "const uint BLOCK_SAMPLES = 16u;", to: "const uint BLOCK_SAMPLES = 1u;" };
+
+impl<'a> Subject<'a> {
+    pub fn new(device: &'a Device) -> Self {
+        Self { device, fault: None, everything: false }
+    }
+
+    pub fn with_fault(device: &'a Device, fault: Fault) -> Self {
+        Self { fault: Some(fault), ..Self::new(device) }
+    }
+
+    fn renderer(&self, prepared: &Prepared, settings: &Settings, mut edits: Vec<Edit>) -> Result<Renderer, Error> {
+        let mut faulty = None;
+        match self.fault {
+            Some(Fault::Text(edit)) => edits.push(edit),
+            Some(Fault::Records(change)) => change(faulty.insert(prepared.clone())),
+            None => {}
+        }
+        // A fault must not leave a kernel in the user's cache.
+        let no_cache = self.fault.is_some();
+        let options = KernelOptions { everything: self.everything, no_cache, edits };
+        Renderer::new(self.device, faulty.as_ref().unwrap_or(prepared), settings, &options)
+    }
+
+    /// Renders `block_count` blocks.
+    pub fn film(&self, scene: &Scene, settings: &Settings, block_count: u64) -> Result<Film, Error> {
+        let prepared = prepared(scene, settings)?;
+        let mut renderer = self.renderer(&prepared, settings, Vec::new())?;
+        let (width, height) = renderer.resolution();
+        let mut film = Film::new(width, height, false, 0);
+        renderer.render_blocks(0..block_count, &mut film, &|| false)?;
+        Ok(film)
+    }
+
+    /// Slots of single samples, sample by sample and in each pixel by pixel; and the sound records they were made from.
+    pub fn samples(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        count: u64,
+    ) -> Result<(Vec<SlotRecord>, Arc<Prepared>), Error> {
+        let prepared = Arc::new(prepared(scene, settings)?);
+        let mut renderer = self.renderer(&prepared, settings, vec![ONE_SAMPLE])?;
+        let (width, height) = renderer.resolution();
+        let tile = Tile { x: 0, y: 0, width, height };
+        let mut slots = Vec::new();
+        for sample in 0..count {
+            let (rows, _) = renderer.render_tile(tile, sample..sample + 1)?;
+            slots.extend(rows.chunks_exact(2).map(|r| bytemuck::cast::<[[u32; 4]; 2], SlotRecord>([r[0], r[1]])));
+        }
+        Ok((slots, prepared))
+    }
+}
+
+fn prepared(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
+    prepare::prepare(scene, settings).map_err(|e| Error::Scene(format!("{}: {e}", scene.name)))
+}
