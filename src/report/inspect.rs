@@ -78,7 +78,7 @@ pub fn inspect(prepared: &Prepared, settings: &Settings) -> Inspection {
 /// Compiles both kernels without the cache, so that their compile times can be compared.
 pub fn kernels(device: &Device, prepared: &Prepared, settings: &Settings) -> Result<Kernels, Error> {
     let make = |everything| {
-        let options = KernelOptions { everything, no_cache: true };
+        let options = KernelOptions { everything, no_cache: true, ..KernelOptions::default() };
         Renderer::new(device, prepared, settings, &options).map(|r| r.stats)
     };
     Ok(Kernels { device: device.info().name.clone(), specialised: make(false)?, everything: make(true)? })
