@@ -1,5 +1,6 @@
 //! Command line: one file a command. A flag that is not built yet is not accepted.
 
+mod bench;
 mod compare;
 mod devices;
 mod inspect;
@@ -31,6 +32,8 @@ enum Command {
     Devices(devices::Args),
     /// Says what a scene needs, what its kernel leaves out, and what that saved
     Inspect(inspect::Args),
+    /// Measures rates on generated scenes; JSON lines
+    Bench(bench::Args),
     /// Measures the error of image A against reference B
     Compare(compare::Args),
 }
@@ -68,6 +71,7 @@ pub fn run(started: Instant) -> anyhow::Result<Exit> {
         Command::Render(args) => render::run(&args, started),
         Command::Devices(args) => devices::run(&args),
         Command::Inspect(args) => inspect::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Compare(args) => compare::run(&args),
     }
 }

@@ -1,3 +1,5 @@
 //! Reports: what `inspect` and `bench` print.
 
 pub mod inspect;
+pub mod samples;
+pub mod specialise;

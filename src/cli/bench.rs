@@ -1,0 +1,66 @@
+//! `bench`: rates of a device on generated scenes; JSON lines, or a table for people.
+
+use std::path::Path;
+
+use steradian::gpu::{self, Choice, Selected};
+use steradian::integrator::Settings;
+use steradian::reference::scenes;
+use steradian::report::{samples, specialise};
+use steradian::scene::format::toml;
+
+use super::{Exit, say};
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// auto, an index of `steradian devices`, or part of a name
+    #[arg(long, value_name = "D", default_value = "auto")]
+    device: String,
+    /// Only benches whose name contains this: samples, specialise
+    #[arg(long, value_name = "S", default_value = "")]
+    filter: String,
+    /// Alternating rounds of each measurement
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..))]
+    rounds: u64,
+    /// One JSON object a line
+    #[arg(long)]
+    json: bool,
+}
+
+/// Image side of the generated scenes, pixels.
+const SIZE: u32 = 128;
+
+/// Scene a of docs/peers.md.
+const PEER_A: &str = include_str!("../../scenes/peer_a.toml");
+
+pub fn run(args: &Args) -> anyhow::Result<Exit> {
+    let Selected::Vulkan(device) = gpu::select(&Choice::from(args.device.as_str()), &gpu::Options::default())? else {
+        anyhow::bail!("bench measures Vulkan devices, and there is none: run ./x once, which installs software Vulkan");
+    };
+    let rounds = args.rounds as usize;
+    let is_wanted = |name: &str| name.contains(&args.filter);
+    if is_wanted("samples") {
+        let scene = toml::parse(PEER_A, Path::new("scenes/peer_a.toml"))?;
+        let settings = Settings { max_depth: 8, ..Settings::default() };
+        let row = samples::measure(&device, &scene, &settings, rounds)?;
+        if args.json {
+            println!("{}", serde_json::to_string(&row)?);
+        } else {
+            println!("{}", row.text());
+        }
+    }
+    if is_wanted("specialise") {
+        if !args.json {
+            println!("{}", specialise::Row::HEAD);
+        }
+        for scene in scenes::all(SIZE) {
+            say(format_args!("{}: {rounds} rounds of both kernels", scene.name));
+            let row = specialise::measure(&device, &scene, &Settings::default(), rounds)?;
+            if args.json {
+                println!("{}", serde_json::to_string(&row)?);
+            } else {
+                println!("{}", row.text());
+            }
+        }
+    }
+    Ok(Exit::Done)
+}
