@@ -3,6 +3,6 @@
 vec4 texture_checker(vec4 a, vec4 b, vec2 scale, vec2 uv) {
     vec2 square = floor(uv * scale);
     // 0 or 1 each, exact at any size: the sum of the floors would lose its last bit.
-    vec2 parity = square - 2.0 * floor(0.5 * square);
+    precise vec2 parity = square - 2.0 * floor(0.5 * square);
     return parity.x + parity.y == 1.0 ? b : a;
 }

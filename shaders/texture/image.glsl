@@ -13,7 +13,8 @@ TextureTap texture_tap(float u, uint size, uint wrap, bool is_nearest) {
     u = abs(u) < INFINITY ? u : 0.0;
     float at = u - floor(u);
 #if TEXTURE_HAS_MIRROR
-    float two = u - 2.0 * floor(0.5 * u);
+    // precise: regrouped with the 1 below, a large u would lose it (found by probe row texture_image).
+    precise float two = u - 2.0 * floor(0.5 * u);
     at = wrap == 1u ? 1.0 - abs(two - 1.0) : at;
 #endif
 #if TEXTURE_HAS_CLAMP

@@ -84,8 +84,8 @@ impl Probe {
     pub fn real<const N: usize, const M: usize>(
         name: &str,
         glsl: &str,
-        generate: fn(&mut Inputs) -> [f32; N],
-        reference: fn([f64; N]) -> [f64; M],
+        generate: impl Fn(&mut Inputs) -> [f32; N] + Send + Sync + 'static,
+        reference: impl Fn([f64; N]) -> [f64; M] + Send + Sync + 'static,
     ) -> Self {
         let check = Check::Real(Box::new(move |x, y| {
             y.copy_from_slice(&reference(std::array::from_fn(|i| x[i])));
@@ -97,8 +97,8 @@ impl Probe {
     pub fn bits<const N: usize, const M: usize>(
         name: &str,
         glsl: &str,
-        generate: fn(&mut Inputs) -> [u32; N],
-        reference: fn([u32; N]) -> [u32; M],
+        generate: impl Fn(&mut Inputs) -> [u32; N] + Send + Sync + 'static,
+        reference: impl Fn([u32; N]) -> [u32; M] + Send + Sync + 'static,
     ) -> Self {
         let check = Check::Bits(Box::new(move |x, y| {
             y.copy_from_slice(&reference(std::array::from_fn(|i| x[i])));
