@@ -15,14 +15,24 @@ struct TriangleLightSample {
 
 // The triangle seen from p, in units of its farthest coordinate, so that nothing overflows.
 struct TriangleView {
-    vec3 a;
+    vec3 a;  // from p to vertex 0
     vec3 e1;
     vec3 e2;
+    vec3 to_a;  // unit vectors to the vertices
+    vec3 to_b;
+    vec3 to_c;
     float size;         // metres a unit
     float volume;       // |a . (e1 x e2)|
+    float determinant;  // |to_a . (to_b x to_c)|
     float solid_angle;  // sr
     bool is_solid_angle;
 };
+
+// 1 + x.y + (x + y).z for unit vectors; for x and y nearly opposite the sum x + y keeps digits that the products lose.
+float triangle_denominator(vec3 x, vec3 y, vec3 z) {
+    vec3 sum = x + y;
+    return dot(sum, 0.5 * sum + z);
+}
 
 TriangleView triangle_view(vec3 p, vec3 v0, vec3 v1, vec3 v2) {
     TriangleView t;
@@ -33,17 +43,25 @@ TriangleView triangle_view(vec3 p, vec3 v0, vec3 v1, vec3 v2) {
     t.size = max_component(m);
     float inv = t.size > 0.0 ? 1.0 / t.size : 0.0;
     t.a = a * inv;
-    b = b * inv;
-    c = c * inv;
     // From the vertices and not from a, b, c, which carry the rounding of p.
     t.e1 = (v1 - v0) * inv;
     t.e2 = (v2 - v0) * inv;
+    vec3 lengths = max(vec3(length(t.a), length(b * inv), length(c * inv)), 1e-30);
+    t.to_a = t.a / lengths.x;
+    t.to_b = b * inv / lengths.y;
+    t.to_c = c * inv / lengths.z;
     t.volume = abs(dot(t.a, cross(t.e1, t.e2)));
-    float la = length(t.a);
-    float lb = length(b);
-    float lc = length(c);
-    float parallel = la * lb * lc + dot(t.a, b) * lc + dot(b, c) * la + dot(c, t.a) * lb;
-    t.solid_angle = 2.0 * m_atan2(t.volume, parallel);
+    t.determinant = t.volume / lengths.x / lengths.y / lengths.z;
+    float ab = dot(t.to_a, t.to_b);
+    float bc = dot(t.to_b, t.to_c);
+    float ca = dot(t.to_c, t.to_a);
+    // The widest pair goes first.
+    bool is_ab = ab <= bc && ab <= ca;
+    bool is_bc = !is_ab && bc <= ca;
+    vec3 x = is_bc ? t.to_b : t.to_a;
+    vec3 y = is_ab ? t.to_b : t.to_c;
+    vec3 z = is_ab ? t.to_c : (is_bc ? t.to_a : t.to_b);
+    t.solid_angle = 2.0 * m_atan2(t.determinant, triangle_denominator(x, y, z));
     t.is_solid_angle = t.solid_angle >= TRIANGLE_SOLID_ANGLE_MIN && t.solid_angle <= TRIANGLE_SOLID_ANGLE_MAX;
     return t;
 }
@@ -68,34 +86,41 @@ vec3 triangle_across(vec3 v, vec3 n) {
 
 // Direction uniform in the solid angle: C' at u.x of it along A C, then a point on the arc from B to C' (Arvo 1995).
 vec3 triangle_direction(TriangleView t, vec2 u) {
-    vec3 a = t.a * (1.0 / max(length(t.a), 1e-30));
-    vec3 b = t.a + t.e1;
-    vec3 c = t.a + t.e2;
-    float lb = max(length(b), 1e-30);
-    float lc = max(length(c), 1e-30);
-    b = b / lb;
-    c = c / lc;
-    vec3 n_ac = cross(a, c);
-    vec3 across = triangle_across(c, a);
-    float sin_ac = max(length(n_ac), 1e-30);
+    vec3 a = t.to_a;
+    vec3 b = t.to_b;
+    vec3 across = triangle_across(t.to_c, a);
     // |A B A'| from the volume, so that u.x = 1 lands on C to rounding.
-    float height = t.volume / max(length(t.a) * lb * lc * sin_ac, 1e-30);
+    float sin_ac = max(length(cross(a, t.to_c)), 1e-30);
+    float height = t.determinant / sin_ac;
     float s;
     float k;
     m_sincos(0.5 * u.x * t.solid_angle, s, k);
+    // tan(phi/2) = n / d. 1 + A.B = |A + B|^2 / 2 and B.A' = (A + B).A' keep digits when A and B are nearly opposite.
     vec3 sum = a + b;
-    // tan(phi/2) = n / d; 1 + A.B = |A + B|^2 / 2 keeps digits when they are nearly opposite.
     float n = s * 0.5 * dot(sum, sum);
-    float d = max(k * height - s * dot(b, across), 0.0);
+    float d = max(k * height - s * dot(sum, across), 0.0);
+    // Rounding must not carry C' beyond C: with A opposite to both others it would land across the sphere.
+    vec3 sum_ac = a + t.to_c;
+    float end = 0.5 * dot(sum_ac, sum_ac);
+    bool is_beyond = n * end > d * sin_ac;
+    n = is_beyond ? sin_ac : n;
+    d = is_beyond ? end : d;
     float inv = 1.0 / max(n * n + d * d, 1e-38);
-    // C' - A, then C' - B, so that short arcs keep digits: 1 - C'.B = |C' - B|^2 / 2.
+    // C' - A, then C' - B and C' + B: whichever is short keeps its digits. h = 1 - C'.B = |C' - B|^2 / 2, 2 - h = |C' + B|^2 / 2.
     vec3 from_a = across * (2.0 * n * d * inv) - a * (2.0 * n * n * inv);
     vec3 from_b = from_a + (a - b);
+    vec3 from_opposite = from_a + sum;
     float h = 0.5 * dot(from_b, from_b);
-    float g = u.y * h;
-    vec3 w = from_b + b * h;
+    float rest = 0.5 * dot(from_opposite, from_opposite);
+    vec3 w = h < 1.0 ? from_b + b * h : from_opposite - b * rest;
     w = w * (1.0 / sqrt(max(dot(w, w), 1e-30)));
-    return normalize(b * (1.0 - g) + w * safe_sqrt(g * (2.0 - g)));
+    // 1 - cos and 1 + cos of the way from B, u.y of it.
+    float g = u.y * h;
+    float g_rest = 2.0 * (1.0 - u.y) + u.y * rest;
+    vec3 q = b * (h < 1.0 ? 1.0 - g : g_rest - 1.0) + w * sqrt(g * g_rest);
+    // From a point on the edge A B the arc is undefined, and its middle may be 0: any direction will do.
+    float q2 = dot(q, q);
+    return q2 > 0.5 ? q * (1.0 / sqrt(q2)) : b;
 }
 
 // Weights of vertices 1 and 2 where the ray along wi meets the plane (Cramer), moved into the triangle.

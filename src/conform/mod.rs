@@ -15,6 +15,7 @@ pub mod report;
 pub mod subject;
 
 mod builtin;
+mod light;
 mod math;
 mod sampler;
 mod texture;
@@ -30,17 +31,18 @@ pub const PROBE_INPUTS: usize = 1 << 20;
 
 /// Every probe row of gates 2 and 3.
 pub fn probes() -> Vec<Probe> {
-    [builtin::probes(), math::probes(), warp::probes(), sampler::probes(), texture::probes()]
+    [builtin::probes(), math::probes(), warp::probes(), sampler::probes(), texture::probes(), light::probes()]
         .into_iter()
         .flatten()
         .collect()
 }
 
-/// Gates 2 and 3 on a device. A row runs when its name, or "gate N", contains `filter`; an empty filter is all.
+/// Gates 2, 3 and 4 on a device. A row runs when its name, or "gate N", contains `filter`; an empty filter is all.
 pub fn run(device: &Device, filter: &str) -> Report {
     let mut report = Report::new(&device.info().name, &device.info().driver);
     let probes = probes();
     report.rows.extend(probe::run_all(device, &probes, filter, PROBE_INPUTS));
+    report.rows.extend(light::rows(device, filter, PROBE_INPUTS));
     report.rows.extend(coverage::rows(&probes).into_iter().filter(|row| row.is_wanted(filter)));
     report
 }

@@ -248,8 +248,12 @@ impl Probe {
         output.read(0..count * self.outputs).map_err(text)
     }
 
-    /// Runs the row. A kernel that does not compile is a failure with the compiler's words.
-    pub fn run(&self, device: &Device, count: usize) -> GateRow {
+    /// The device's results for `count` inputs, in input order: for rows that judge all samples together.
+    pub fn outputs(&self, device: &Device, count: usize) -> Result<Vec<u32>, String> {
+        self.results(device, &self.input_words(count), count)
+    }
+
+    fn input_words(&self, count: usize) -> Vec<u32> {
         let n = self.inputs;
         let mut words = vec![0u32; count * n];
         words.par_chunks_mut(n * 4096).enumerate().for_each(|(chunk, part)| {
@@ -257,6 +261,13 @@ impl Probe {
                 row.copy_from_slice(&(self.generate)(&mut Inputs::new(&self.name, (chunk * 4096 + i) as u32)));
             }
         });
+        words
+    }
+
+    /// Runs the row. A kernel that does not compile is a failure with the compiler's words.
+    pub fn run(&self, device: &Device, count: usize) -> GateRow {
+        let n = self.inputs;
+        let words = self.input_words(count);
         let results = match self.results(device, &words, count) {
             Ok(results) => results,
             Err(message) => return GateRow::new(self.gate(), &self.name, false, message, self.bound()),

@@ -68,7 +68,7 @@ impl SkyView<'_> {
             return SkySample { wi, radiance: self.radiance(wi), pdf: 0.25 * FRAC_1_PI };
         }
         let cell = alias::choose_record(self.alias, self.sky.width * self.sky.height, index_word, fraction_word);
-        let wi = self.to_world(self.direction_in_cell(cell, u));
+        let wi = self.turned(self.direction_in_cell(cell, u));
         SkySample { wi, radiance: self.radiance(wi), pdf: f64::from(self.texels[cell as usize].cell_pdf) }
     }
 
@@ -91,8 +91,8 @@ impl SkyView<'_> {
     }
 
     /// Place in the image, in texels: x in [0, W], y in [0, H].
-    fn position(&self, d: DVec3) -> (f64, f64) {
-        let d = self.to_sky(d);
+    pub(crate) fn position(&self, d: DVec3) -> (f64, f64) {
+        let d = self.turned_back(d);
         // At a pole u is 0.5 whatever the signs of the zeros, as in the kernels.
         let azimuth = if d.x == 0.0 && d.z == 0.0 { 0.0 } else { d.x.atan2(-d.z) };
         let u = 0.5 + azimuth / TAU;
@@ -102,12 +102,12 @@ impl SkyView<'_> {
     }
 
     /// Turns about +y by the sky's rotation.
-    fn to_world(&self, d: DVec3) -> DVec3 {
+    fn turned(&self, d: DVec3) -> DVec3 {
         let [c, s] = self.sky.rotation.map(f64::from);
         DVec3::new(c * d.x + s * d.z, d.y, c * d.z - s * d.x)
     }
 
-    fn to_sky(&self, d: DVec3) -> DVec3 {
+    fn turned_back(&self, d: DVec3) -> DVec3 {
         let [c, s] = self.sky.rotation.map(f64::from);
         DVec3::new(c * d.x - s * d.z, d.y, c * d.z + s * d.x)
     }

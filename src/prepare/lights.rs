@@ -117,8 +117,7 @@ fn add_light(
     power: f64,
     record: impl Fn() -> LightRecord,
 ) -> u32 {
-    // False for NaN.
-    if !(power > 0.0) {
+    if power.is_nan() || power <= 0.0 {
         return NONE;
     }
     lights.push(record());
