@@ -1,8 +1,8 @@
 //! Gates 7 and 8: whole images. Device against the independent oracle and against closed forms, estimators against each other,
 //! the specialised kernel against everything-on.
 //!
-//! Both sides use independent samples, so blocks of 16 are independent and Welch's t test (1947) holds a pixel and channel; Sidak's
-//! correction (1967) makes the level that of the whole image. The test of the image mean sees what is too small for pixels: its
+//! Both sides use independent samples, so blocks of 16 are independent and Welch's t test (1947) judges each pixel (or square
+//! of pixels) and channel; Sidak's correction (1967) makes the level that of the whole image. The test of the image mean sees what is too small for pixels: its
 //! detectable bias is stated, the smallest relative bias of the mean that the gate would find with probability 0.95.
 
 use glam::DVec3;
@@ -31,10 +31,41 @@ pub fn settings(estimator: Estimator) -> Settings {
     Settings { estimator, sampler: SamplerKind::Independent, ..Settings::default() }
 }
 
-/// A pixel channel as its blocks saw it. The unit is a block's mean.
-fn moments(film: &Film, pixel: usize, channel: usize) -> Moments {
-    let count = f64::from(film.block_count(pixel));
-    Moments { count, mean: film.mean(pixel)[channel], variance: film.variance_of_mean(pixel)[channel] * count }
+/// One channel of a square of pixels as its blocks saw it: the mean, its variance, and degrees of freedom by Welch and
+/// Satterthwaite, written as the moments of so many values that the t test sees just these.
+fn moments(film: &Film, square: &Square, channel: usize) -> Moments {
+    let (mut mean, mut variance, mut fourth, mut count) = (0.0, 0.0, 0.0, 0.0);
+    for pixel in square.pixels(film.width()) {
+        let v = film.variance_of_mean(pixel)[channel];
+        mean += film.mean(pixel)[channel];
+        variance += v;
+        fourth += v * v / (f64::from(film.block_count(pixel)) - 1.0);
+        count += 1.0;
+    }
+    let dof = if fourth > 0.0 { variance * variance / fourth } else { 1.0 };
+    Moments { count: dof + 1.0, mean: mean / count, variance: variance / (count * count) * (dof + 1.0) }
+}
+
+/// Pixels [x, x + width) x [y, y + height).
+struct Square {
+    x: u32,
+    y: u32,
+    width: u32,
+    height: u32,
+}
+
+impl Square {
+    /// All squares of `side` pixels of a film, smaller ones at its far edges.
+    fn all(film: &Film, side: u32) -> Vec<Self> {
+        let (w, h) = (film.width(), film.height());
+        let corners = (0..h.div_ceil(side)).flat_map(|j| (0..w.div_ceil(side)).map(move |i| (i * side, j * side)));
+        corners.map(|(x, y)| Self { x, y, width: side.min(w - x), height: side.min(h - y) }).collect()
+    }
+
+    fn pixels(&self, width: u32) -> impl Iterator<Item = usize> + '_ {
+        (self.y..self.y + self.height)
+            .flat_map(move |y| (self.x..self.x + self.width).map(move |x| (y * width + x) as usize))
+    }
 }
 
 /// Mean over all pixels with its standard error, a channel.
@@ -51,20 +82,23 @@ struct Comparison {
     bound: String,
 }
 
-fn compare(a: &Film, b: &Film) -> Comparison {
-    let tests = a.pixel_count() * 3;
-    // Half of the level for the pixels, half for the three means.
+/// Squares of `side` pixels: 1 where both films sample alike; larger where one of them sees rare bright events, which too few
+/// blocks of one pixel may not show in the variance.
+fn compare(a: &Film, b: &Film, side: u32) -> Comparison {
+    let squares = Square::all(a, side);
+    let tests = squares.len() * 3;
+    // Half of the level for the squares, half for the three means.
     let level = sidak(0.5 * LEVEL, tests);
-    let (mut p, mut at) = (1.0, (0, 0));
-    for pixel in 0..a.pixel_count() {
+    let (mut p, mut at) = (1.0, (0, 0, 0));
+    for square in &squares {
         for channel in 0..3 {
-            let (ma, mb) = (moments(a, pixel, channel), moments(b, pixel, channel));
-            // A pixel without variance on both sides (a lamp seen directly) differs by rounding only.
+            let (ma, mb) = (moments(a, square, channel), moments(b, square, channel));
+            // Without variance on both sides (a lamp seen directly) the two differ by rounding only.
             let is_close = (ma.mean - mb.mean).abs() <= ROUNDING * ma.mean.abs().max(mb.mean.abs());
             let this = if is_close { 1.0 } else { welch_t(ma, mb).p };
             // A NaN is the worst there is.
             if this.is_nan() || this < p {
-                (p, at) = (this, (pixel, channel));
+                (p, at) = (this, (square.x, square.y, channel));
             }
         }
     }
@@ -74,12 +108,13 @@ fn compare(a: &Film, b: &Film) -> Comparison {
     let limit = z * error + ROUNDING * mean_b.abs();
     let off = mean_a - mean_b;
     let detectable = (z + normal_quantile(POWER)) * error / mean_b.abs();
-    let (x, y) = (at.0 % a.width() as usize, at.0 / a.width() as usize);
+    let (x, y, channel) = at;
+    let what = if side == 1 { "pixel".to_owned() } else { format!("{side}x{side} square") };
     Comparison {
         is_equal: p >= level && off.abs().cmple(limit).all(),
         evidence: format!(
-            "worst pixel ({x}, {y}) {}: p = {p:.1e}; mean off by {:.3} %",
-            ["R", "G", "B"][at.1],
+            "worst {what} ({x}, {y}) {}: p = {p:.1e}; mean off by {:.3} %",
+            ["R", "G", "B"][channel],
             100.0 * (off / mean_b).abs().max_element()
         ),
         bound: format!(
@@ -102,7 +137,7 @@ pub fn oracle(scene: &Scene, spp: u32) -> Film {
 /// Gate 7: the device against the oracle's image, with as many samples.
 pub fn against_oracle(subject: &Subject, scene: &Scene, estimator: Estimator, oracle: &Film) -> Result<GateRow, Error> {
     let seen = subject.film(scene, &settings(estimator), u64::from(oracle.min_block_count()))?;
-    let c = compare(&seen, oracle);
+    let c = compare(&seen, oracle, 1);
     let spp = oracle.min_block_count() * BLOCK_SAMPLES;
     let name = format!("image {} {estimator:?}", scene.name).to_lowercase();
     Ok(GateRow::new(Gate::Images, name, c.is_equal, format!("{spp} spp: {}", c.evidence), c.bound))
@@ -112,7 +147,7 @@ pub fn against_oracle(subject: &Subject, scene: &Scene, estimator: Estimator, or
 pub fn estimators(subject: &Subject, scene: &Scene, other: Estimator, spp: u32) -> Result<GateRow, Error> {
     let a = subject.film(scene, &Settings { seed: 1, ..settings(other) }, blocks(spp))?;
     let b = subject.film(scene, &settings(Estimator::Mis), blocks(spp))?;
-    let c = compare(&a, &b);
+    let c = compare(&a, &b, 8);
     let name = format!("estimators {} {other:?} and mis", scene.name).to_lowercase();
     Ok(GateRow::new(Gate::Images, name, c.is_equal, format!("{spp} spp: {}", c.evidence), c.bound))
 }

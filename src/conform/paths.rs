@@ -6,7 +6,6 @@ use super::report::{Gate, GateRow, Verdict, is_wanted};
 use super::subject::Subject;
 use super::{images, replay};
 use crate::error::Error;
-use crate::gpu::Device;
 use crate::integrator::{Estimator, Settings};
 use crate::reference::{known, scenes};
 use crate::scene::{self, Scene, SkyRadiance};
@@ -33,8 +32,7 @@ const SKY: &str = "hdri/kloppenheim_05_1k.hdr";
 type Run<'a> = Box<dyn Fn(&Subject) -> Result<GateRow, Error> + 'a>;
 
 /// Runs the rows that `filter` names.
-pub fn rows(device: &Device, filter: &str, scale: Scale) -> Vec<GateRow> {
-    let subject = Subject::new(device);
+pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     let scenes = scenes::all(scale.size);
     let (models, missing) = models(scale.size);
     let known = known::all();
@@ -64,7 +62,7 @@ pub fn rows(device: &Device, filter: &str, scale: Scale) -> Vec<GateRow> {
         let row = move |s: &Subject| images::specialised(s, scene, 16);
         list.push((Gate::Specialised, format!("specialised {}", scene.name), Box::new(row)));
     }
-    let run = |(gate, name, run): (Gate, String, Run)| match run(&subject) {
+    let run = |(gate, name, run): (Gate, String, Run)| match run(subject) {
         Ok(row) => row,
         Err(e) => GateRow::new(gate, name, false, e.to_string(), "the row runs"),
     };
@@ -109,15 +107,24 @@ fn model(folder: &Path, file: &str, size: u32) -> Option<Scene> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::conform::subject::Fault;
+    use crate::gpu::Device;
+    use crate::shader::compile::Edit;
 
-    /// By hand: `cargo test --lib conform::paths -- --ignored --nocapture`, with FILTER in the environment.
+    /// By hand: `FILTER="gate 7" cargo test --lib conform::paths -- --ignored --nocapture`; EDIT="file|from|to" changes the text.
     #[test]
     #[ignore = "prints the rows of gates 6 to 9 on the first Vulkan device"]
     fn print_rows() {
         let filter = std::env::var("FILTER").unwrap_or_default();
         let device = Device::open(&crate::gpu::Choice::Auto, &crate::gpu::Options::default()).unwrap();
-        let mut all = rows(&device, &filter, SMALL);
-        all.extend(super::super::mutations::rows(&device, &filter));
+        let fault = std::env::var("EDIT").ok().map(|edit| {
+            let parts: Vec<&'static str> = edit.leak().split('|').collect();
+            Fault::Text(Edit { file: parts[0], from: parts[1], to: parts[2] })
+        });
+        let mut all = rows(&Subject { fault, ..Subject::new(&device) }, &filter, SMALL);
+        if fault.is_none() {
+            all.extend(super::super::mutations::rows(&device, &filter));
+        }
         for r in &all {
             println!("{:?} gate {} {}: {}  [{}]", r.verdict, r.gate.number(), r.name, r.evidence, r.bound);
         }
