@@ -20,4 +20,5 @@ pub mod report;
 pub mod sampler;
 pub mod scene;
 pub mod shader;
+pub mod showcase;
 pub mod texture;

@@ -2,7 +2,9 @@
 
 mod bench;
 mod compare;
+mod conform;
 mod devices;
+mod generate;
 mod inspect;
 mod interrupt;
 mod progress;
@@ -32,8 +34,13 @@ enum Command {
     Devices(devices::Args),
     /// Says what a scene needs, what its kernel leaves out, and what that saved
     Inspect(inspect::Args),
+    /// Runs the gates on a device and writes a report
+    Conform(conform::Args),
     /// Measures rates on generated scenes; JSON lines
     Bench(bench::Args),
+    /// Makes the generated files of the repository's scenes again
+    #[command(hide = true)]
+    Generate(generate::Args),
     /// Measures the error of image A against reference B
     Compare(compare::Args),
 }
@@ -71,7 +78,9 @@ pub fn run(started: Instant) -> anyhow::Result<Exit> {
         Command::Render(args) => render::run(&args, started),
         Command::Devices(args) => devices::run(&args),
         Command::Inspect(args) => inspect::run(&args),
+        Command::Conform(args) => conform::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Generate(args) => generate::run(&args),
         Command::Compare(args) => compare::run(&args),
     }
 }

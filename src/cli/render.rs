@@ -70,6 +70,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let opened = super::source::open(&scene, &settings, &options)?;
     let mut source = opened.source;
     seconds.bvh = opened.bvh_s;
+    seconds.load += opened.prepare_s;
     notes.extend(opened.notes);
     notes.extend(source.describe().notes);
     notes.iter().for_each(say);

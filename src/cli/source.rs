@@ -1,6 +1,7 @@
 //! From `--device` to a sample source: a Vulkan device, or the double-precision reference on the CPU.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use steradian::film::source::SampleSource;
 use steradian::gpu::renderer::{KernelOptions, Renderer};
@@ -39,12 +40,16 @@ pub struct Opened<'a> {
     pub source: Box<dyn SampleSource + 'a>,
     pub notes: Vec<String>,
     pub bvh_s: f64,
+    /// Scene to records, without the BVH.
+    pub prepare_s: f64,
 }
 
 /// Opens the device that `options` names and prepares `scene` for it.
 pub fn open<'a>(scene: &'a Scene, settings: &Settings, options: &Options) -> anyhow::Result<Opened<'a>> {
     let selected = gpu::select(&Choice::from(options.device), &gpu::Options::default())?;
+    let begun = Instant::now();
     let prepared = prepare::prepare(scene, settings)?;
+    let prepare_s = begun.elapsed().as_secs_f64() - prepared.bvh_s;
     let (mut notes, bvh_s) = (prepared.notes.clone(), prepared.bvh_s);
     let source: Box<dyn SampleSource + 'a> = match selected {
         Selected::Vulkan(device) => Box::new(on_device(&device, &prepared, settings, &options.kernel)?),
@@ -54,7 +59,7 @@ pub fn open<'a>(scene: &'a Scene, settings: &Settings, options: &Options) -> any
             Box::new(reference::render::Renderer::new(world, *settings))
         }
     };
-    Ok(Opened { source, notes, bvh_s })
+    Ok(Opened { source, notes, bvh_s, prepare_s })
 }
 
 fn on_device(

@@ -239,7 +239,7 @@ impl SampleSource for Renderer {
         DeviceInfo {
             kind: if info.is_software { "software" } else { "gpu" }.to_owned(),
             name: info.name.clone(),
-            driver: info.fingerprint(),
+            driver: format!("{} {}", info.driver, info.driver_version),
             kernel_hash: self.stats.kernel_hash.clone(),
             peak_bytes: self.device.peak_bytes(),
             compile_s: self.stats.compile_s,

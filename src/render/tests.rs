@@ -17,12 +17,14 @@ struct Exponential {
     seed: u64,
     /// Sleep for each block.
     block_s: f64,
+    /// Rare bright samples: one in 500 is 200 times as bright, on top of a tenth of the mean.
+    has_spikes: bool,
     calls: Vec<Range<u64>>,
 }
 
 impl Exponential {
     fn new(size: (u32, u32), seed: u64) -> Self {
-        Self { size, seed, block_s: 0.0, calls: Vec::new() }
+        Self { size, seed, block_s: 0.0, has_spikes: false, calls: Vec::new() }
     }
     fn mean(pixel: usize) -> [f64; 3] {
         [0.2 + (pixel % 7) as f64 * 0.3, 1.0, 0.05 * (1 + pixel % 3) as f64]
@@ -58,7 +60,8 @@ impl SampleSource for Exponential {
             for pixel in 0..film.pixel_count() {
                 let mut sum = [0.0; 3];
                 for sample in block * 16..block * 16 + 16 {
-                    let x = -self.uniform(pixel, sample).ln();
+                    let u = self.uniform(pixel, sample);
+                    let x = if self.has_spikes { 0.6 + 200.0 * f64::from(u < 0.002) } else { -u.ln() };
                     (0..3).for_each(|c| sum[c] += Self::mean(pixel)[c] * x);
                 }
                 let slot = SlotRecord { sum: sum.map(|v| v as f32), rays: 16, first_bad: NONE, ..Default::default() };
@@ -154,5 +157,22 @@ fn the_interval_covers_the_true_error() {
         assert!(covered >= 180, "{spp} spp: {covered} of 200 covered, mean ratio {ratio:.3}");
         assert!((ratio - 1.0).abs() < 0.1, "{spp} spp: estimate over truth {ratio:.3}");
         println!("{spp} spp: {covered} of 200 intervals hold the true relMSE; estimate over truth {ratio:.3}");
+    }
+}
+
+/// Rare bright samples: most pixels have met none, some one. The estimate must not take a lucky pixel's mean for the truth.
+#[test]
+fn spikes_do_not_hide_their_own_error() {
+    let size = (64, 64);
+    let reference: Vec<[f32; 3]> =
+        (0..size.0 * size.1).map(|i| Exponential::mean(i as usize).map(|v| v as f32)).collect();
+    for seed in 0..5 {
+        let mut source = Exponential { has_spikes: true, ..Exponential::new(size, seed * 31 + 5) };
+        let outcome = render(&mut source, &stops(Some(64), None), &never, &mut |_| {}).unwrap();
+        let truth = compare(&outcome.film.mean_f32(), &reference).relmse;
+        let estimate = outcome.error.unwrap().relmse.value;
+        let ratio = estimate / truth;
+        println!("estimate over truth {ratio:.3}");
+        assert!((0.5..2.0).contains(&ratio), "seed {seed}: estimate {estimate:.3e}, truth {truth:.3e}");
     }
 }
