@@ -305,3 +305,50 @@ fn patches_find_what_models_brought() {
     );
     refused(&scene("[material.m]\nname = \"x\"\n"), "cannot be changed by a patch");
 }
+
+/// Nothing a file can hold makes the reader panic: bytes, digits and letters of a good file are changed at random.
+#[test]
+fn random_damage_never_panics() {
+    let folder = Folder::new();
+    folder.write("picture.png", &png(8, 8));
+    let text = TRIANGLE.replacen(TEXTURED.0, TEXTURED.1, 1).replace("\"uri\": \"triangle.bin\", ", "");
+    let whole = glb(&text, &buffer());
+    let scene =
+        b"[[model]]\nfile = \"damaged.glb\"\nscale = 2\n[material.m]\nroughness = 0.5\n[sky]\nradiance = 1\n".to_vec();
+    // Marsaglia 2003, xorshift.
+    let mut state = 0x9e37_79b9u32;
+    let mut random = |below: usize| {
+        state ^= state << 13;
+        state ^= state >> 17;
+        state ^= state << 5;
+        state as usize % below
+    };
+    let mut loaded = 0;
+    for round in 0..4000 {
+        let is_toml = round % 4 == 0;
+        let mut bytes = if is_toml { scene.clone() } else { whole.clone() };
+        for _ in 0..1 + random(3) {
+            let at = random(bytes.len());
+            bytes[at] = match random(3) {
+                0 => random(256) as u8,
+                1 => b"0123456789-e."[random(13)],
+                _ => b"[]{}\",:\n"[random(8)],
+            };
+        }
+        let path = if is_toml {
+            folder.write("damaged.glb", &whole);
+            folder.write("damaged.toml", &bytes)
+        } else {
+            folder.write("damaged.glb", &bytes)
+        };
+        match scene::load(&path) {
+            Ok(mut scene) => {
+                scene::frame_camera(&mut scene);
+                scene::ensure_light(&mut scene);
+                loaded += 1;
+            }
+            Err(e) => assert!(!e.to_string().contains('\n'), "{e}"),
+        }
+    }
+    assert!((100..3900).contains(&loaded), "{loaded} of 4000 loaded");
+}

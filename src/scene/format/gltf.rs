@@ -13,7 +13,6 @@ mod document;
 mod materials;
 mod meshes;
 mod nodes;
-mod tangents;
 mod textures;
 
 use std::collections::{BTreeSet, HashMap};

@@ -3,6 +3,7 @@
 mod clean;
 pub mod gltf;
 pub mod image_file;
+mod tangents;
 pub mod toml;
 
 use std::path::Path;

@@ -19,6 +19,7 @@ use ::toml::de::DeTable;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::image_file;
+use super::tangents;
 use crate::scene::{Camera, Encoding, Error, Filter, Scene, Sky, SkyRadiance, Texture, Wrap};
 use table::{Source, Table, nearest};
 
@@ -67,6 +68,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Scene, Error> {
     }
     builder.patch_materials(&patches, &brought)?;
     builder.patch_nodes(&top, &brought)?;
+    tangents::complete(&mut builder.scene);
     builder.camera(&top)?;
     builder.sky(&top)?;
     Ok(builder.scene)
@@ -153,7 +155,7 @@ impl<'a> Builder<'a> {
 
     fn texture(&mut self, table: &Table<'a>) -> Result<(), Error> {
         let name = table.text("name")?.ok_or_else(|| table.missing("name"))?;
-        let color = |key| Ok::<_, Error>(table.get(key).map(|item| material::color(table, key, item)).transpose()?);
+        let color = |key| table.get(key).map(|item| material::color(table, key, item)).transpose();
         let texture = match table.text("type")?.unwrap_or("image") {
             "image" => {
                 let file = table.text("file")?.ok_or_else(|| table.missing("file"))?;

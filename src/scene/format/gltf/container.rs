@@ -85,8 +85,11 @@ pub fn shorten(uri: &str) -> String {
     if uri.chars().count() > 60 { format!("{}...", uri.chars().take(57).collect::<String>()) } else { uri.to_string() }
 }
 
-/// JSON and binary chunk. Headers that the gltf crate would subtract below zero from are refused first.
-fn split_glb(bytes: &[u8]) -> Result<(Cow<'_, [u8]>, Option<Cow<'_, [u8]>>), String> {
+/// JSON and binary chunk.
+type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
+
+/// Headers that the gltf crate would subtract below zero from are refused first.
+fn split_glb(bytes: &[u8]) -> Result<Chunks<'_>, String> {
     let length = bytes.get(8..12).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     if length < 20 || length as usize > bytes.len() {
         return Err(format!("says {length} bytes and has {}: a truncated .glb; copy or export it again", bytes.len()));

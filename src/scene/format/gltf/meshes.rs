@@ -2,8 +2,8 @@
 
 use super::buffers::File;
 use super::document::{Document, Primitive};
-use super::tangents;
 use crate::scene::format::clean::clean;
+use crate::scene::format::tangents;
 use crate::scene::{Error, Mesh};
 
 /// What reading a primitive gave.

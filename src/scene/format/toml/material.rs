@@ -13,7 +13,7 @@ use super::model::Brought;
 use super::table::{Item, Table};
 use super::{Builder, keys};
 use crate::bsdf::MODELS;
-use crate::scene::{Alpha, Curve, Error, Material, Medium, Value};
+use crate::scene::{Alpha, Curve, Encoding, Error, Material, Medium, Texture, Value};
 
 /// Complex indices at red, green and blue (sRGB primaries), fitted to the reflectance of measured metals.
 const METALS: &[(&str, [f64; 3], [f64; 3])] = &[
@@ -183,7 +183,17 @@ impl<'a> Builder<'a> {
                 return Err(map.missing("texture"));
             }
             let strength = map.number("strength")?.unwrap_or(1.0);
-            material.normal_map = Some((self.lookup(&map)?, strength));
+            let lookup = self.lookup(&map)?;
+            let Value::Texture { texture, .. } = lookup else {
+                return Err(
+                    map.error("texture", "of a normal map takes neither `channel` nor `factor`; use `strength`")
+                );
+            };
+            if matches!(self.scene.textures[texture], Texture::Image { encoding: Encoding::Srgb, .. }) {
+                return Err(map
+                    .error("texture", "holds directions, no colours: write encoding = \"linear\" in its [[texture]]"));
+            }
+            material.normal_map = Some((lookup, strength));
         }
         if let Some(absorption) = table.splat::<3>("absorption")? {
             if absorption.iter().any(|x| *x < 0.0) {

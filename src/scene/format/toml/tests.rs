@@ -139,3 +139,15 @@ fn a_quarter_turn_of_the_coordinates() {
         assert!((found - glam::DVec2::from(wanted)).length() < 1e-12, "{uv:?}: {found}");
     }
 }
+
+#[test]
+fn a_normal_map_brings_tangents() {
+    let map = "[[texture]]\nname=\"n\"\ntype=\"constant\"\ncolor=[0.5,0.5,1]\n\
+        [[material]]\nname=\"m\"\nnormal_map={texture=\"n\", strength=2}\n[[shape]]\ntype=\"box\"\nmaterial=\"m\"\n";
+    let scene = read(map).unwrap();
+    assert_eq!(scene.meshes[0].tangents.as_ref().map(Vec::len), Some(24));
+    let scene = read(&map.replace("box", "rectangle")).unwrap();
+    assert_eq!(scene.meshes[0].tangents, Some(vec![[1.0, 0.0, 0.0, 1.0]; 4]));
+    let message = read(&map.replace("strength=2", "factor=2")).unwrap_err();
+    assert!(message.contains("takes neither `channel` nor `factor`"), "{message}");
+}

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 
-use crate::scene::Mesh;
+use crate::scene::{Mesh, Scene, Shape, Value};
 
 struct Corners<'m> {
     mesh: &'m Mesh,
@@ -75,6 +75,41 @@ pub fn generate(mesh: &mut Mesh, set: usize) {
         *uvs = pick(uvs, &sources);
     }
     mesh.tangents = Some(tangents);
+}
+
+/// Tangents for whatever wears a normal map and has none. A rectangle that does becomes the mesh it stands for.
+pub fn complete(scene: &mut Scene) {
+    for instance in &mut scene.instances {
+        let material = &scene.materials[instance.material];
+        let Some((Value::Texture { uv_set, .. }, _)) = &material.normal_map else { continue };
+        if matches!(instance.shape, Shape::Rectangle) {
+            scene.meshes.push(rectangle(&instance.name));
+            instance.shape = Shape::Mesh(scene.meshes.len() - 1);
+        }
+        let Shape::Mesh(index) = instance.shape else { continue };
+        let mesh = &mut scene.meshes[index];
+        if mesh.tangents.is_none() && mesh.uvs[usize::from(*uv_set)].is_some() {
+            generate(mesh, usize::from(*uv_set));
+        }
+        if mesh.tangents.is_none() {
+            let note =
+                format!("{}: normal map of {} left out, no texture coordinates for it", mesh.name, material.name);
+            scene.notes.push(note);
+        }
+    }
+}
+
+/// `Shape::Rectangle` in triangles.
+fn rectangle(name: &str) -> Mesh {
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0f32]];
+    let uvs = corners.map(|[x, y]| [(x + 1.0) / 2.0, (1.0 - y) / 2.0]).to_vec();
+    Mesh {
+        name: name.into(),
+        positions: corners.map(|[x, y]| [x, y, 0.0]).to_vec(),
+        uvs: [Some(uvs.clone()), Some(uvs)],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    }
 }
 
 fn flat_normal(mesh: &Mesh, face: usize) -> [f32; 3] {
