@@ -6,6 +6,7 @@
 //!   the facets leave, reciprocally: base/pi (1-E(o))(1-E(i))/(1-E_avg), E the facets' directional albedo (Kelemen 2001);
 //! - transmitting dielectric, (1-m)t: exact Fresnel; what is not reflected passes with the factor base_color, mirrored through
 //!   the wall if `thin`, else refracted into the volume (Walter 2007, radiance mode).
+//!
 //! None creates energy. `khronos_mix` instead takes the formulas of the specification's appendix B: base/pi (1-F(h)) under
 //! F(h) and separable Smith masking, no compensation; it can reflect more than arrives, and is exempt from the furnace.
 //! Two-sided throughout; only the refracted part knows inside (`wo.z < 0`) from outside.

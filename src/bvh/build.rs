@@ -258,7 +258,7 @@ mod tests {
         let (bvh, report) = build(&triangles, &spheres).unwrap();
         assert_eq!((bvh.triangle_order.len(), bvh.sphere_order.len(), report.dropped()), (800, 500, 0));
         // All at one place: only the kind can part them.
-        build(&vec![triangles[0]; 3], &[([0.5, 0.1, 0.5], 0.5); 3]).unwrap();
+        build(&[triangles[0]; 3], &[([0.5, 0.1, 0.5], 0.5); 3]).unwrap();
     }
 
     #[test]

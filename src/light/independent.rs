@@ -80,6 +80,7 @@ impl SceneSky {
     }
 
     /// Density of `sample` in direction `d`, 1/sr.
+    #[cfg(test)]
     pub fn pdf(&self, d: DVec3) -> f64 {
         if self.is_black() {
             return 0.0;

@@ -157,6 +157,8 @@ impl Features {
         let mut d = vec![
             ("AOVS", self.aovs),
             ("HAS_TRIANGLES", self.triangles),
+            // Closed meshes stay closed where an edge function is exactly 0 in f32.
+            ("TRIANGLE_EXACT_EDGES", true),
             ("HAS_SPHERES", self.spheres),
             ("HAS_SKY", self.sky),
             ("SKY_IMAGE", self.sky_image),

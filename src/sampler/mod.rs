@@ -127,7 +127,7 @@ mod tests {
                 for (what, chi) in
                     [("samples", chi2(over_samples)), ("pixels", chi2(over_pixels)), ("vertices", chi2(over_vertices))]
                 {
-                    assert!(chi < 391.0, "{} {} over {what}: {chi}", format!("{sampler:?}"), p.name);
+                    assert!(chi < 391.0, "{sampler:?} {} over {what}: {chi}", p.name);
                 }
             }
         }
@@ -153,7 +153,7 @@ mod tests {
             ];
             for (what, other) in others {
                 let r = correlation(&base, &other);
-                assert!(r.abs() < 6.0 / f64::from(COUNT).sqrt(), "{} {what}: r = {r}", format!("{sampler:?}"));
+                assert!(r.abs() < 6.0 / f64::from(COUNT).sqrt(), "{sampler:?} {what}: r = {r}");
             }
         }
     }

@@ -92,6 +92,10 @@ pub enum CompileError {
     NoFile(String),
     #[error("kernel \"{kernel}\" does not compile:\n{log}")]
     Glsl { kernel: String, log: String },
+    #[error(
+        "kernel \"{kernel}\" tests the macro {name} in {place}, which is neither 0 nor 1: give it in Features::defines"
+    )]
+    NoMacro { kernel: String, name: String, place: String },
     #[error("the GLSL compiler could not be started")]
     NoCompiler,
     #[error("kernel \"{kernel}\": {source}")]
@@ -148,6 +152,9 @@ pub(super) fn compiler_fingerprint() -> String {
 pub fn compile(source: &Source, cache: &Cache) -> Result<Spirv, CompileError> {
     let start = Instant::now();
     let text = source.text();
+    if let Some((name, place)) = undefined_macro(source) {
+        return Err(CompileError::NoMacro { kernel: source.name.clone(), name, place });
+    }
     let key = Cache::key(&[&text, &compiler_fingerprint()]);
     let kernel = || source.name.clone();
     let reflected = |words: &[u32]| reflect(words).map_err(|source| CompileError::Reflect { kernel: kernel(), source });
@@ -164,6 +171,26 @@ pub fn compile(source: &Source, cache: &Cache) -> Result<Spirv, CompileError> {
         }
     };
     Ok(Spirv { name: kernel(), words, reflection, key, compile_time: start.elapsed(), was_cached })
+}
+
+/// A name in `#if` or `#elif` that nothing defines, and where it stands: the preprocessor would take it as 0 without a word.
+fn undefined_macro(source: &Source) -> Option<(String, String)> {
+    let mut known: std::collections::HashSet<&str> = source.defines.iter().map(|(name, _)| name.as_str()).collect();
+    for part in &source.parts {
+        for (number, line) in part.text.lines().enumerate() {
+            let line = line.trim_start();
+            if let Some(rest) = line.strip_prefix("#define ") {
+                known.extend(rest.split(|c: char| !c.is_alphanumeric() && c != '_').next());
+            }
+            let Some(condition) = line.strip_prefix("#if ").or_else(|| line.strip_prefix("#elif ")) else { continue };
+            let names = condition.split(|c: char| !c.is_alphanumeric() && c != '_');
+            let is_name = |word: &&str| word.starts_with(|c: char| c.is_alphabetic() || c == '_');
+            if let Some(name) = names.filter(is_name).find(|name| !known.contains(name)) {
+                return Some((name.to_owned(), format!("{}:{}", part.file, number + 1)));
+            }
+        }
+    }
+    None
 }
 
 fn translate(name: &str, text: &str) -> Result<Vec<u32>, CompileError> {
@@ -220,4 +247,17 @@ fn strip(words: &[u32]) -> Result<Vec<u32>, ReflectError> {
         }
     }
     Ok(kept)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_macro_that_is_tested_but_not_given_is_an_error_with_its_place() {
+        let source =
+            Source::new("probe").define("HAS_A", true).part("a.glsl", "#if HAS_A && HAS_B\n#endif\nvoid main() {}");
+        let error = compile(&source, &Cache::off()).unwrap_err().to_string();
+        assert!(error.contains("HAS_B in a.glsl:1"), "{error}");
+    }
 }
