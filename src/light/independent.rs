@@ -79,17 +79,6 @@ impl SceneSky {
         (d, self.cell_density(row, column, theta.sin()))
     }
 
-    /// Density of `sample` in direction `d`, 1/sr.
-    #[cfg(test)]
-    pub fn pdf(&self, d: DVec3) -> f64 {
-        if self.is_black() {
-            return 0.0;
-        }
-        let (x, y) = self.place(d);
-        let (column, row) = ((x as usize).min(self.width - 1), (y as usize).min(self.height - 1));
-        self.cell_density(row, column, d.x.hypot(d.z))
-    }
-
     fn cell_density(&self, row: usize, column: usize, sin_theta: f64) -> f64 {
         let step = |cdf: &[f64], i: usize| cdf[i] - if i > 0 { cdf[i - 1] } else { 0.0 };
         let line = &self.column_cdf[row * self.width..(row + 1) * self.width];

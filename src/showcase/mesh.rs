@@ -129,7 +129,8 @@ mod tests {
     /// Every triangle's winding agrees with its vertex normals, and a closed surface holds a positive volume.
     #[test]
     fn fronts_look_outwards() {
-        let ball = Profile::new().curve(&[(0.0, -1.0), (0.7071, -0.7071), (1.0, 0.0), (0.7071, 0.7071), (0.0, 1.0)], 9);
+        let s = std::f64::consts::FRAC_1_SQRT_2;
+        let ball = Profile::new().curve(&[(0.0, -1.0), (s, -s), (1.0, 0.0), (s, s), (0.0, 1.0)], 9);
         for (name, mesh) in
             [("ball", revolve(&ball, 16, 1.0)), ("knot", torus_knot(1.0, 0.1, 64, 8)), ("floor", floor(2.0, 1.0))]
         {
