@@ -1,7 +1,7 @@
 //! The light tables: every emissive triangle and sphere and the sky, chosen in proportion to power, and the cells of the sky.
 //!
-//! Power: pi A L for a triangle, 4 pi^2 r^2 L for a sphere, twice that where both sides emit; pi R^2 times the integral of L for a sky,
-//! R the radius of the scene's bounding sphere. L is the mean luminance of the radiance. What emits nothing gets no row;
+//! Power: pi A L for a triangle, 4 pi^2 r^2 L for a sphere, twice that where both sides emit; pi R^2 times the integral of L for
+//! a sky, R the radius of the scene's bounding sphere, but not more than all others together. L is the mean luminance of the radiance. What emits nothing gets no row;
 //! what emits keeps a positive probability, however small its power. Tests: lights_tests.rs.
 
 use std::f64::consts::PI;
@@ -98,6 +98,10 @@ pub fn build(input: &LightInput) -> Result<LightTables, LightError> {
         let radius = if input.scene_radius > 0.0 && input.scene_radius.is_finite() { input.scene_radius } else { 1.0 };
         // Kept positive where the product underflows, see `positive`.
         let power = positive(PI * radius * radius * integral, integral > 0.0);
+        // Not more than all the others together: its power grows with the square of the scene, and over a wide floor a lamp
+        // would be chosen once in a thousand although it lights what is near it as much as the sky does.
+        let others: f64 = powers.iter().sum();
+        let power = if others > 0.0 { power.min(others) } else { power };
         let record = LightRecord { kind: LIGHT_SKY, material: NONE, shape: NONE, ..LightRecord::default() };
         tables.sky.light = add_light(&mut tables.lights, &mut powers, power, || record);
     }
