@@ -14,17 +14,18 @@ struct LightSample {
     float pdf;  // 1/sr, the choice of the light included
     Spectrum radiance;
     uint primitive;
+    uint light;  // row of `lights`
 };
 
 LightSample light_sample(PathState s, vec3 p, vec3 n) {
     uint index = light_choose(p, n, path_word(s, LIGHT_INDEX), path_word(s, LIGHT_FRACTION));
     LightRecord light = LightRecord_load_lights(index);
     vec2 u = vec2(u01(path_word(s, LIGHT_U)), u01(path_word(s, LIGHT_V)));
-    LightSample r = LightSample(vec3(0.0, 0.0, 1.0), 0.0, 0.0, Spectrum(0.0), NONE);
+    LightSample r = LightSample(vec3(0.0, 0.0, 1.0), 0.0, 0.0, Spectrum(0.0), NONE, index);
 #if LIGHT_SKIES
     if (light.kind == LIGHT_SKY) {
         SkySample sky = sky_sample(path_word(s, SKY_INDEX), path_word(s, SKY_FRACTION), u);
-        r = LightSample(sky.wi, INFINITY, sky.pdf, sky.radiance, NONE);
+        r = LightSample(sky.wi, INFINITY, sky.pdf, sky.radiance, NONE, index);
     }
 #endif
 #if LIGHT_TRIANGLES
@@ -35,7 +36,7 @@ LightSample light_sample(PathState s, vec3 p, vec3 n) {
         bool is_front = dot(t.wi, triangle_normal(light.a, light.b, light.c)) < 0.0;
         bool shines = is_front || (material.flags & MATERIAL_EMITS_TWO_SIDED) != 0u;
         Spectrum radiance = shines ? material_emission(material, point) : Spectrum(0.0);
-        r = LightSample(t.wi, t.distance, t.pdf, radiance, light.shape);
+        r = LightSample(t.wi, t.distance, t.pdf, radiance, light.shape, index);
     }
 #endif
 #if LIGHT_SPHERES
@@ -44,19 +45,19 @@ LightSample light_sample(PathState s, vec3 p, vec3 n) {
         MaterialRecord material = MaterialRecord_load_materials(light.material);
         SphereRecord sphere = SphereRecord_load_spheres(light.shape);
         vec3 to_center = light.a - p;
-        bool is_front = dot(to_center, to_center) > light.b.x * light.b.x;
+        bool is_front = sphere_light_is_outside(p, light.a, light.b.x);
         SurfacePoint point = sphere_point_data(sphere, normalize(q.wi * q.distance - to_center));
         bool shines = is_front || (material.flags & MATERIAL_EMITS_TWO_SIDED) != 0u;
         Spectrum radiance = shines ? material_emission(material, point) : Spectrum(0.0);
-        r = LightSample(q.wi, q.distance, q.pdf, radiance, sphere.primitive);
+        r = LightSample(q.wi, q.distance, q.pdf, radiance, sphere.primitive, index);
     }
 #endif
     r.pdf *= light.pmf;
     return r;
 }
 
-// Solid-angle density with which `light_sample` would have found this emitter, choice included.
-float light_pdf(uint index, vec3 p, vec3 wi, float distance) {
+// Solid-angle density with which `light_sample` from p would have found this emitter's front or back, choice included.
+float light_pdf(uint index, vec3 p, vec3 wi, float distance, bool is_front) {
     float pdf = 0.0;
 #if LIGHT_TRIANGLES || LIGHT_SPHERES
     LightRecord light = LightRecord_load_lights(index);
@@ -67,7 +68,8 @@ float light_pdf(uint index, vec3 p, vec3 wi, float distance) {
 #endif
 #if LIGHT_SPHERES
     if (light.kind == LIGHT_SPHERE) {
-        pdf = sphere_light_pdf(p, light.a, light.b.x);
+        // The side that p does not see: reached through the sphere's own surface only, which light sampling does not try.
+        pdf = sphere_light_is_outside(p, light.a, light.b.x) == is_front ? sphere_light_pdf(p, light.a, light.b.x) : 0.0;
     }
 #endif
     pdf *= light.pmf;
@@ -105,7 +107,7 @@ void add_emission(inout PathState s, Surface surface, MaterialRecord material, f
         && (is_front || (material.flags & MATERIAL_EMITS_TWO_SIDED) != 0u);
     float density = 0.0;
 #if NEXT_EVENT
-    density = surface.light != NONE ? light_pdf(surface.light, s.ray.o, s.ray.d, distance) : 0.0;
+    density = surface.light != NONE ? light_pdf(surface.light, s.from, s.ray.d, distance, is_front) : 0.0;
 #endif
     Spectrum emitted = shines ? material_emission(material, surface.point) : Spectrum(0.0);
     s.radiance += s.throughput * emitted * emission_weight(s, density);

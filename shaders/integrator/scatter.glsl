@@ -58,7 +58,9 @@ bool sides_agree(Shading shading, vec3 wi_local, vec3 wi) {
 #if NEXT_EVENT
 // Adds the light of one sampled emitter; returns the rays traced.
 uint add_next_event(inout PathState s, Surface surface, MaterialRecord material, Shading shading) {
-    LightSample light = light_sample(s, surface.p, shading.frame.n);
+    // Beside the surface, on the viewer's side: a sphere that lights itself is then seen from inside or outside, not as rounding has it.
+    s.from = spawn_origin(surface.p, surface.error, shading.ng, -s.ray.d);
+    LightSample light = light_sample(s, s.from, shading.frame.n);
     vec3 wi = to_local(shading.frame, light.wi);
     Spectrum f = bsdf_eval(shading.lobes, shading.wo, wi);
     bool is_candidate = light.pdf > 0.0 && max_component(f * light.radiance) > 0.0 && sides_agree(shading, wi, light.wi)
@@ -67,6 +69,9 @@ uint add_next_event(inout PathState s, Surface surface, MaterialRecord material,
 #if ESTIMATOR_MIS
     weight *= mis_weight(light.pdf, bsdf_pdf(shading.lobes, shading.wo, wi));
 #endif
+    // A surface does not light itself through itself.
+    bool is_own = light.light == surface.light && (dot(light.wi, shading.ng) > 0.0) == (dot(s.ray.d, shading.ng) > 0.0);
+    is_candidate = is_candidate && !is_own;
     Spectrum arriving = light.radiance;
 #if HAS_MEDIA
     // Through the medium on wi's side: that of the path when wi leaves on wo's side.

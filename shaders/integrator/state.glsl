@@ -10,6 +10,9 @@ struct PathState {
     uint edge;        // edges traced so far; also the vertex the ray leaves
     uint hash;        // of (pixel, sample, seed), for randomness at a hit
     SampleId id;
+#if NEXT_EVENT
+    vec3 from;  // the point light was last sampled from: densities of emitters run into must be for this very point
+#endif
 #if HAS_MEDIA
     uint medium;
 #endif

@@ -14,6 +14,9 @@ PathState path_begin(uint pixel, uint sample_index) {
     s.radiance = Spectrum(0.0);
     s.pdf = 0.0;
     s.eta_scale = 1.0;
+#if NEXT_EVENT
+    s.from = vec3(0.0);
+#endif
 #if HAS_MEDIA
     s.medium = camera.medium;
 #endif

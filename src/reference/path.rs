@@ -146,6 +146,8 @@ pub fn trace<W: World>(
     let mut vertex = 0;
     // Density of the last scattering; None where light sampling had no chance (camera, delta lobe).
     let mut scatter_pdf: Option<f64> = None;
+    // Where light was last sampled from: densities of emitters run into are for this very point.
+    let mut from = origin;
     for edge in 1..=settings.edges() {
         // 1. Where the edge ends.
         sample.rays += 1;
@@ -172,7 +174,7 @@ pub fn trace<W: World>(
         // 4. Emission towards the viewer.
         let surface = world.surface(&ray, &hit);
         if surface.emission != DVec3::ZERO {
-            let w = weight(&|| world.emitter_density(&ray, &hit));
+            let w = weight(&|| world.emitter_density(&Ray { origin: from, ..ray }, &hit));
             sample.radiance += throughput * surface.emission * w;
         }
         let wo_world = -ray.direction;
@@ -217,13 +219,19 @@ pub fn trace<W: World>(
                 _ => medium,
             }
         };
-        // 6. Next-event estimation.
+        // 6. Next-event estimation. From beside the surface, on the viewer's side: a sphere that lights itself is then seen from
+        // inside or outside, not as rounding has it.
+        let side = if wo_world.dot(surface.geometric_normal) > 0.0 { 1.0 } else { -1.0 };
+        from = surface.point + surface.geometric_normal * (side * 1e-12 * (surface.point.abs().max_element() + hit.t));
         if settings.estimator != Estimator::Bsdf
             && !bsdf.is_delta()
-            && let Some(light) = world.sample_light(surface.point, random, vertex, settings.estimator)
+            && let Some(light) = world.sample_light(from, random, vertex, settings.estimator)
         {
             let wi = shading.frame.to_local(light.direction);
             let f = if shading.sides_agree(light.direction, wi) { bsdf.eval(wo, wi) } else { DVec3::ZERO };
+            // A surface does not light itself through itself.
+            let crosses = side * light.direction.dot(surface.geometric_normal) < 0.0;
+            let f = if light.primitive == hit.primitive && crosses { DVec3::ZERO } else { f };
             if light.density > 0.0 && f != DVec3::ZERO && light.radiance != DVec3::ZERO {
                 let shadow = Ray {
                     origin: surface.point,

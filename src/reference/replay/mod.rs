@@ -280,7 +280,13 @@ impl World for Replay {
                 let v = [record.a, record.b, record.c].map(vec);
                 triangle::pdf(ray.origin, v, ray.direction, hit.t)
             }
-            LIGHT_SPHERE => sphere::pdf(ray.origin, vec(record.a), record.b[0].into()),
+            LIGHT_SPHERE => {
+                let (center, radius) = (vec(record.a), f64::from(record.b[0]));
+                // The side that the point does not see: reached through the sphere itself, which light sampling does not try.
+                let is_front = ray.direction.dot(ray.at(hit.t) - center) < 0.0;
+                let is_seen = sphere::is_outside(ray.origin, center, radius) == is_front;
+                if is_seen { sphere::pdf(ray.origin, center, radius) } else { 0.0 }
+            }
             _ => 0.0,
         };
         self.pmf(light) * density
