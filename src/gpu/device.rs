@@ -179,6 +179,7 @@ impl Device {
     }
 
     /// Records a pass, submits it and waits for it. Each command sees what the ones before it wrote.
+    /// `record` only records: making, reading or submitting anything on the device inside it would wait for itself.
     pub fn submit<'a>(
         &self,
         pass: &str,

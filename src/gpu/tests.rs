@@ -204,6 +204,23 @@ fn a_body_is_chosen_by_size_and_device() {
 }
 
 #[test]
+fn the_render_kernel_is_valid() {
+    use crate::film::Tile;
+    use crate::integrator::Settings;
+    use crate::reference::scenes;
+    let device = open();
+    for scene in [scenes::cornell(8), scenes::textured(8)] {
+        let settings = Settings { max_depth: 4, ..Settings::default() };
+        let prepared = crate::prepare::prepare(&scene, &settings).unwrap();
+        let options = renderer::KernelOptions::default();
+        let mut renderer = renderer::Renderer::new(&device, &prepared, &settings, &options).unwrap();
+        let (rows, _) = renderer.render_tile(Tile { x: 0, y: 0, width: 8, height: 8 }, 0..2).unwrap();
+        assert!(rows.iter().any(|r| *r != [0; 4]), "{}: every slot is black", scene.name);
+    }
+    close(device);
+}
+
+#[test]
 fn the_validation_layer_is_active() {
     let device = open();
     let nothing = vk::BufferCreateInfo::default().size(0).usage(vk::BufferUsageFlags::STORAGE_BUFFER);
