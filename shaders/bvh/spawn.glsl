@@ -7,6 +7,7 @@
 const float GAMMA_3 = 1.7881397e-7;
 const float GAMMA_5 = 2.9802331e-7;
 const float GAMMA_7 = 4.1723267e-7;
+const float GAMMA_16 = 9.5367522e-7;
 // Below any visible length, above the denormals: an error bound of 0 (a triangle through the origin) still separates.
 const float SPAWN_FLOOR = 1e-30;
 
@@ -32,14 +33,16 @@ vec3 spawn_origin(vec3 p, vec3 error, vec3 ng, vec3 w) {
     return vec3(move_outward(moved.x, offset.x), move_outward(moved.y, offset.y), move_outward(moved.z, offset.z));
 }
 
-// Point of a triangle at weights (1 - b1 - b2, b1, b2). Error: gamma_7 of the sum of magnitudes (PBR4 Section 6.8.1), with the
+// Point of a triangle at weights (1 - b1 - b2, b1, b2). The edges count in every direction, not only their own: the next ray's test
+// of this plane rounds like their length, and would meet a floor of 20 m again at t > 0 (closed form "uniform sky"). Error: gamma_7 of the sum of magnitudes (PBR4 Section 6.8.1), with the
 // smaller weights' own rounding in `1 - b1 - b2` included.
 vec3 triangle_point(vec3 v0, vec3 v1, vec3 v2, float b1, float b2, out vec3 error) {
     precise float b0 = (1.0 - b1) - b2;
     precise vec3 p0 = b0 * v0;
     precise vec3 p1 = b1 * v1;
     precise vec3 p2 = b2 * v2;
-    error = GAMMA_7 * (abs(p0) + abs(p1) + abs(p2)) + GAMMA_3 * (abs(v1 - v0) + abs(v2 - v0)) + vec3(SPAWN_FLOOR);
+    float edges = max_component(abs(v1 - v0) + abs(v2 - v0));
+    error = GAMMA_7 * (abs(p0) + abs(p1) + abs(p2)) + vec3(GAMMA_16 * edges + SPAWN_FLOOR);
     precise vec3 p = (p0 + p1) + p2;
     return p;
 }

@@ -12,7 +12,15 @@ bool alpha_is_present(Hit hit, Ray ray, uint path_hash, uint vertex, uint ray_ki
     SurfacePoint point = hit_point_data(hit, ray, material_index);
     MaterialRecord material = MaterialRecord_load_materials(material_index);
     float alpha = material_alpha(material, point);
-    uint word = hash_combine(hash_combine(path_hash, vertex * 2u + ray_kind), hit.primitive);
+    // A sphere is met twice; each time decides for itself.
+    uint far_side = 0u;
+#if HAS_SPHERES
+    if (hit.kind == HIT_SPHERE) {
+        vec3 outward = ray.o + hit.t * ray.d - SphereRecord_load_spheres(hit.slot).center;
+        far_side = dot(outward, ray.d) > 0.0 ? 0x80000000u : 0u;
+    }
+#endif
+    uint word = hash_combine(hash_combine(path_hash, vertex * 2u + ray_kind), hit.primitive ^ far_side);
     bool is_masked = (material.flags & MATERIAL_MASK) != 0u;
     bool is_blended = (material.flags & MATERIAL_BLEND) != 0u;
     bool blend_present = alpha >= 1.0 || word < probability_threshold(clamp(alpha, 0.0, 1.0));

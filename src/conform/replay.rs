@@ -22,8 +22,8 @@ use crate::scene::Scene;
 const FOLLOWS: f64 = 2e-3;
 /// Part of the mean radiance below which a difference does not count.
 const FLOOR: f64 = 1e-4;
-/// Largest share of parted samples; measured shares are 1e-4 to 1e-2, a wrong formula parts most.
-const PARTED_SHARE: f64 = 0.02;
+/// Largest share of parted samples; measured on lavapipe: 0 to 0.54 %, most in smooth glass.
+const PARTED_SHARE: f64 = 0.01;
 /// Systematic rounding of a mean in f32, relative.
 const ROUNDING: f64 = 2e-5;
 /// Samples a pixel.

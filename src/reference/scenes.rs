@@ -73,9 +73,9 @@ pub fn sphere_lamps(size: u32) -> Scene {
     place(&mut s, "ball", Shape::Sphere, sphere_at(DVec3::new(-0.5, 0.5, 0.0), 0.5), ball);
     let bright = lamp(DVec3::new(9.0, 7.0, 5.0));
     place(&mut s, "lamp", Shape::Sphere, sphere_at(DVec3::new(0.8, 1.1, 0.3), 0.25), bright);
-    let mut far = lamp(DVec3::new(15.0, 20.0, 30.0));
-    far.emission_two_sided = true;
-    place(&mut s, "far lamp", Shape::Sphere, sphere_at(DVec3::new(-30.0, 40.0, 20.0), 6.0), far);
+    let mut large = lamp(DVec3::new(1.5, 2.0, 3.0));
+    large.emission_two_sided = true;
+    place(&mut s, "large lamp", Shape::Sphere, sphere_at(DVec3::new(-3.0, 4.0, 2.0), 1.0), large);
     s
 }
 

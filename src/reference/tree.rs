@@ -35,6 +35,8 @@ pub struct Hit {
     pub primitive: u32,
     /// Triangle: weights of vertices 1 and 2. Sphere: 0.
     pub barycentric: [f64; 2],
+    /// The ray leaves a sphere here.
+    pub is_far: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -83,13 +85,14 @@ impl Stored {
                     && !leaves
                     && let Some(barycentric) = triangle(v, ray)
                 {
-                    found(Hit { t, primitive: self.number, barycentric });
+                    found(Hit { t, primitive: self.number, barycentric, is_far: false });
                 }
             }
             Shape::Sphere { center, radius } => {
-                for t in sphere(*center, *radius, ray, leaves) {
+                let [near, far] = sphere(*center, *radius, ray, leaves);
+                for (t, is_far) in [(near, false), (far, true)] {
                     if t > 0.0 && t <= t_max {
-                        found(Hit { t, primitive: self.number, barycentric: [0.0; 2] });
+                        found(Hit { t, primitive: self.number, barycentric: [0.0; 2], is_far });
                     }
                 }
             }

@@ -91,7 +91,7 @@ impl Lights {
         let material = world.material(primitive);
         // A surface that is there with probability alpha shines with alpha times its radiance.
         let radiance = world.emission(material, &point, direction) * world.alpha(material, &point);
-        let hit = Hit { t: distance, primitive, barycentric };
+        let hit = Hit { t: distance, primitive, barycentric, is_far: false };
         let ray = Ray { origin: from, direction, leaves: primitive, ignores: primitive };
         Some(LightSample { direction, distance, radiance, density: self.emitter_density(world, &ray, &hit), primitive })
     }

@@ -40,6 +40,7 @@ impl Random for Stream {
     }
 
     fn is_present(&self, vertex: u32, kind: RayKind, hit: &Hit, p: f64) -> bool {
-        is_below(hash_combine(hash_combine(self.path_hash, 2 * vertex + kind as u32), hit.primitive), p)
+        let hit = hit.primitive ^ (u32::from(hit.is_far) << 31);
+        is_below(hash_combine(hash_combine(self.path_hash, 2 * vertex + kind as u32), hit), p)
     }
 }
