@@ -61,7 +61,7 @@ impl<'a> Subject<'a> {
         let prepared = prepared(scene, settings)?;
         let mut renderer = self.renderer(&prepared, settings, Vec::new())?;
         let (width, height) = renderer.resolution();
-        let mut film = Film::new(width, height, false, 0);
+        let mut film = Film::new(width, height, renderer.has_aov(), 0);
         renderer.render_blocks(0..block_count, &mut film, &|| false)?;
         Ok(film)
     }
