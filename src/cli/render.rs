@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use steradian::film::Film;
 use steradian::film::slot::BLOCK_SAMPLES;
 use steradian::film::source::DeviceInfo;
 use steradian::integrator::Settings;
@@ -60,6 +61,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let begun = Instant::now();
     let scene = args.scene.load()?;
     let has_aov = outputs.iter().any(|path| Format::of(path).is_ok_and(|f| f == Format::Exr));
+    Film::check_memory(scene.film.width, scene.film.height, has_aov)?;
     let settings = args.scene.settings(&scene, has_aov);
     seconds.load = begun.elapsed().as_secs_f64();
     let mut notes = scene.notes.clone();

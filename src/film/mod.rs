@@ -16,6 +16,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::error::Error;
 use aov::AovSums;
 use dd::Dd;
 use ledger::{BadSample, Ledger};
@@ -75,6 +76,20 @@ impl Film {
             aov: has_aov.then(|| vec![AovSums::default(); pixel_count]),
             ledger: Ledger::default(),
             ray_count: 0,
+        }
+    }
+
+    /// Whether a film of this size fits into the memory that is free now; else an error with both numbers.
+    pub fn check_memory(width: u32, height: u32, has_aov: bool) -> Result<(), Error> {
+        let a_pixel = Self::BYTES_A_PIXEL + if has_aov { Self::AOV_BYTES_A_PIXEL } else { 0 };
+        let needed = width as u64 * height as u64 * a_pixel as u64;
+        match available_bytes() {
+            Some(available) if needed > available => Err(Error::Usage(format!(
+                "a film of {width}x{height} needs {} MiB, but {} MiB of memory are free: choose a smaller --size",
+                needed >> 20,
+                available >> 20
+            ))),
+            _ => Ok(()),
         }
     }
 
@@ -218,6 +233,13 @@ impl Film {
         }
         total.map(|t| t / self.pixel_count().max(1) as f64)
     }
+}
+
+/// What the system could hand out without swapping; None where it does not say.
+fn available_bytes() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
+    Some(line.split_whitespace().next()?.parse::<u64>().ok()? * 1024)
 }
 
 /// What a row of slots adds beside radiance.

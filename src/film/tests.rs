@@ -117,3 +117,10 @@ fn ledger_counts_and_keeps_keys() {
 fn stated_bytes_a_pixel() {
     assert_eq!((Film::BYTES_A_PIXEL, Film::AOV_BYTES_A_PIXEL), (100, 64));
 }
+
+#[test]
+fn a_film_larger_than_memory_is_refused_with_numbers() {
+    assert!(Film::check_memory(64, 64, true).is_ok());
+    let error = Film::check_memory(1 << 20, 1 << 20, false).unwrap_err().to_string();
+    assert!(error.contains("1048576x1048576") && error.contains("--size"), "{error}");
+}

@@ -93,6 +93,7 @@ pub fn render(
     observe: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, Error> {
     let (width, height) = source.resolution();
+    Film::check_memory(width, height, source.has_aov())?;
     let mut film = Film::new(width, height, source.has_aov(), 0);
     let begun = Instant::now();
     let mut pace = Pace::default();

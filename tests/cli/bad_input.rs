@@ -36,7 +36,8 @@ fn unknown_key_names_the_nearest() {
 #[test]
 fn flags() {
     let cornell = scene("cornell.toml").display().to_string();
-    let cases: [(&[&str], &[&str]); 12] = [
+    let cases: [(&[&str], &[&str]); 13] = [
+        (&["--size", "65536x65536"], &["65536x65536", "MiB", "--size"]),
         (&["--size", "0x10"], &["0x10", "1 to 65536"]),
         (&["--size", "640"], &["640", "WIDTHxHEIGHT"]),
         (&["--spp", "0"], &["--spp"]),
