@@ -1,7 +1,7 @@
 // Lookup of the table "ggx_albedo": see src/bsdf/ggx_albedo.rs for what it holds and why in these coordinates.
-// Rows [j * 48 + i], j < 31: (A, q) at node i of alpha row j, and of row j + 1. Then 80 rows: averages over octaves of alpha.
+// Rows [j * 48 + i], j < 39: (A, q) at node i of alpha row j, and of row j + 1. Then 80 rows: averages over octaves of alpha.
 const uint GGX_ALBEDO_X = 48u;
-const uint GGX_ALBEDO_ALPHA = 32u;
+const uint GGX_ALBEDO_ALPHA = 40u;
 const uint GGX_ALBEDO_OCTAVES = 10u;
 const float GGX_ALBEDO_MIN_ROOT = 0.03162277660168379;
 

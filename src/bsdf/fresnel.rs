@@ -33,7 +33,7 @@ pub fn conductor(cos_o: f64, eta: DVec3, k: DVec3) -> DVec3 {
 
 /// Schlick 1994, eq. 15, with f90 = 1.
 pub fn schlick(cos_o: f64, f0: DVec3) -> DVec3 {
-    f0 + (DVec3::ONE - f0) * (1.0 - cos_o).powi(5)
+    f0 + (DVec3::ONE - f0) * (1.0 - cos_o.clamp(0.0, 1.0)).powi(5)
 }
 
 /// Hemispherical average 2 int F(mu) mu dmu of a conductor through the fit of Lazanyi and Szirmay-Kalos 2005 that is exact at

@@ -110,7 +110,7 @@ impl Model {
 
 /// Rows of a table named in `Model::tables`.
 pub fn table_rows(name: &str) -> Option<Vec<[f32; 4]>> {
-    (name == "ggx_albedo").then(|| ggx_albedo::device_rows().to_vec())
+    (name == "ggx_albedo").then(ggx_albedo::rows)
 }
 
 /// Whether a choice of probability `p` is taken by 32 random bits: the same integer threshold as in GLSL.
