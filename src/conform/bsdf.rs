@@ -41,19 +41,12 @@ pub struct Row {
 const ROUGHNESS: &[f64] = &[0.0, 0.0316, 0.0317, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0];
 
 pub const ROWS: &[Row] = &[
-    Row {
-        keyword: "lambert",
-        sweeps: &[Sweep { furnace: Furnace::Unity, refracts_by: None, values: &[&[1.0]] }],
-    },
+    Row { keyword: "lambert", sweeps: &[Sweep { furnace: Furnace::Unity, refracts_by: None, values: &[&[1.0]] }] },
     Row {
         keyword: "conductor",
         sweeps: &[
             // eta = 0 reflects everything: what is missing is masking alone.
-            Sweep {
-                furnace: Furnace::Unity,
-                refracts_by: None,
-                values: &[&[0.0], &[1.0], ROUGHNESS, &[-1.0], &[1.0]],
-            },
+            Sweep { furnace: Furnace::Unity, refracts_by: None, values: &[&[0.0], &[1.0], ROUGHNESS, &[-1.0], &[1.0]] },
             Sweep {
                 furnace: Furnace::AtMostOne,
                 refracts_by: None,
@@ -79,11 +72,7 @@ pub const ROWS: &[Row] = &[
                 refracts_by: Some("eta"),
                 values: &[&[1.5, 0.7, 1.0, 1.05, 2.4], &[0.0, 0.0317, 0.15, 0.5, 1.0], &[-1.0]],
             },
-            Sweep {
-                furnace: Furnace::AtMostOne,
-                refracts_by: Some("eta"),
-                values: &[&[1.5], &[0.3], &[0.1, 0.9]],
-            },
+            Sweep { furnace: Furnace::AtMostOne, refracts_by: Some("eta"), values: &[&[1.5], &[0.3], &[0.1, 0.9]] },
         ],
     },
     Row {

@@ -71,7 +71,8 @@ impl Chart {
 
     fn refine(&self, f: &impl Fn(DVec3) -> DVec4, t: [f64; 2], p: [f64; 2], whole: DVec4, depth: u32) -> DVec4 {
         let (tm, pm) = (0.5 * (t[0] + t[1]), 0.5 * (p[0] + p[1]));
-        let quarters = [([t[0], tm], [p[0], pm]), ([t[0], tm], [pm, p[1]]), ([tm, t[1]], [p[0], pm]), ([tm, t[1]], [pm, p[1]])];
+        let quarters =
+            [([t[0], tm], [p[0], pm]), ([t[0], tm], [pm, p[1]]), ([tm, t[1]], [p[0], pm]), ([tm, t[1]], [pm, p[1]])];
         let parts = quarters.map(|(t, p)| self.integral(f, t, p));
         let sum = parts[0] + parts[1] + parts[2] + parts[3];
         if depth == 0 || (sum - whole).abs().max_element() < TOLERANCE {

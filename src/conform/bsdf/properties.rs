@@ -49,10 +49,7 @@ pub fn examine(case: &Case, wo: DVec3, level: f64) -> Finding {
     let bsdf = case.bsdf();
     let side = wo.z.signum();
     let eta = if side > 0.0 { case.eta } else { 1.0 / case.eta };
-    let charts = [
-        Chart::new(DVec3::new(-wo.x, -wo.y, wo.z), side, 5),
-        Chart::new(refracted(wo, eta), -side, 5),
-    ];
+    let charts = [Chart::new(DVec3::new(-wo.x, -wo.y, wo.z), side, 5), Chart::new(refracted(wo, eta), -side, 5)];
     let mut failures = Vec::new();
 
     // Integrals of eval (without the scale of refracted radiance) and of pdf.
@@ -154,7 +151,8 @@ pub fn edge_failures(case: &Case) -> Vec<String> {
         for choice in EDGE_CHOICES {
             for u in EDGE_U.iter().flat_map(|&a| EDGE_U.iter().map(move |&b| [a, b])) {
                 let Some(s) = bsdf.sample(wo, choice, u) else { continue };
-                if !(is_good(s.pdf) && s.pdf > 0.0 && s.weight.to_array().into_iter().all(is_good) && s.wi.is_finite()) {
+                if !(is_good(s.pdf) && s.pdf > 0.0 && s.weight.to_array().into_iter().all(is_good) && s.wi.is_finite())
+                {
                     failures.push(format!("sample({wo}, {choice:#x}, {u:?}) gives {s:?}"));
                 }
             }
