@@ -5,8 +5,8 @@
 //! The agreement of shading and geometric sides is checked by the caller, in one place, not by the models.
 //! Here the maths are f64 and written from the papers; GLSL is written on its own and gate 3 compares the two.
 
-mod fresnel;
-mod ggx;
+pub(crate) mod fresnel;
+pub(crate) mod ggx;
 pub mod ggx_albedo;
 
 use glam::DVec3;

@@ -5,10 +5,15 @@
 //! To add a model: one row.
 
 pub mod chart;
+mod device;
+mod parts;
 pub mod properties;
+
+pub use device::furnace_rows;
 
 use glam::DVec3;
 
+use super::probe::Probe;
 use crate::bsdf::{Bsdf, MODELS, Model, Params};
 
 /// What a sweep promises about the light that leaves when light arrives from everywhere.
@@ -31,19 +36,50 @@ pub struct Sweep {
     pub values: &'static [&'static [f64]],
 }
 
+/// Where the device's inputs are drawn from, edges included.
+#[derive(Clone, Copy, Debug)]
+pub enum Domain {
+    /// [0, 1], often 0 or 1.
+    Unit,
+    /// [0, 1] clear of the smooth threshold, on which side of it f32 and f64 may fall differently.
+    Roughness,
+    /// As `Roughness`, or -1: the same as the other axis.
+    RoughnessY,
+    /// 0.3 to 3 and 1, 1 +- 1e-7, 1 +- 1e-3.
+    Index,
+    /// Real or imaginary part of a metal's index: [0, 8].
+    Metal,
+    /// 0 or 1.
+    Switch,
+}
+
 /// What the gates know of a model.
 pub struct Row {
     pub keyword: &'static str,
+    /// One for each of the model's inputs.
+    pub domains: &'static [Domain],
+    /// K of gate 3 for `eval` and `pdf`, and for `sample`; and which helpers they reach.
+    pub k: [f64; 2],
+    pub covers: &'static [&'static str],
     pub sweeps: &'static [Sweep],
 }
 
 /// Widths from smooth to rough; 0.0317 is just above the smooth threshold (alpha 1e-3), 0.0316 just below.
-const ROUGHNESS: &[f64] = &[0.0, 0.0316, 0.0317, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0];
+const ROUGHNESS: &[f64] = &[0.0, 0.0316, 0.0317, 0.1, 0.2, 0.35, 0.6, 1.0];
 
 pub const ROWS: &[Row] = &[
-    Row { keyword: "lambert", sweeps: &[Sweep { furnace: Furnace::Unity, refracts_by: None, values: &[&[1.0]] }] },
+    Row {
+        keyword: "lambert",
+        domains: &[Domain::Unit],
+        k: [4.0, 4.0],
+        covers: &["bsdf_sample_none"],
+        sweeps: &[Sweep { furnace: Furnace::Unity, refracts_by: None, values: &[&[1.0]] }],
+    },
     Row {
         keyword: "conductor",
+        domains: &[Domain::Metal, Domain::Metal, Domain::Roughness, Domain::RoughnessY, Domain::Switch],
+        k: [32.0, 32.0],
+        covers: &["conductor_deficit", "conductor_value", "conductor_eval_pdf"],
         sweeps: &[
             // eta = 0 reflects everything: what is missing is masking alone.
             Sweep { furnace: Furnace::Unity, refracts_by: None, values: &[&[0.0], &[1.0], ROUGHNESS, &[-1.0], &[1.0]] },
@@ -66,6 +102,9 @@ pub const ROWS: &[Row] = &[
     },
     Row {
         keyword: "dielectric",
+        domains: &[Domain::Index, Domain::Roughness, Domain::RoughnessY],
+        k: [32.0, 32.0],
+        covers: &["dielectric_eval_pdf"],
         sweeps: &[
             Sweep {
                 furnace: Furnace::AtMostOne,
@@ -77,6 +116,9 @@ pub const ROWS: &[Row] = &[
     },
     Row {
         keyword: "thin_dielectric",
+        domains: &[Domain::Index, Domain::Unit],
+        k: [16.0, 16.0],
+        covers: &[],
         sweeps: &[
             Sweep { furnace: Furnace::Unity, refracts_by: None, values: &[&[1.0, 1.5, 2.4, 0.7], &[1.0]] },
             Sweep { furnace: Furnace::AtMostOne, refracts_by: None, values: &[&[1.5], &[0.0, 0.5]] },
@@ -85,6 +127,28 @@ pub const ROWS: &[Row] = &[
     Row {
         // base_color, metallic, roughness, ior, transmission, thin, khronos_mix, compensation
         keyword: "gltf",
+        domains: &[
+            Domain::Unit,
+            Domain::Unit,
+            Domain::Roughness,
+            Domain::Index,
+            Domain::Unit,
+            Domain::Switch,
+            Domain::Switch,
+            Domain::Switch,
+        ],
+        k: [32.0, 32.0],
+        covers: &[
+            "gltf_mean",
+            "gltf_albedo_at",
+            "gltf_left",
+            "gltf_outgoing",
+            "gltf_facet",
+            "gltf_cosine_lobe",
+            "gltf_masking",
+            "gltf_value",
+            "gltf_eval_pdf",
+        ],
         sweeps: &[
             Sweep {
                 furnace: Furnace::Unity,
@@ -119,6 +183,11 @@ pub const ROWS: &[Row] = &[
         ],
     },
 ];
+
+/// Probe rows of gate 3: the functions that models share, then each model.
+pub fn probes() -> Vec<Probe> {
+    parts::probes().into_iter().chain(ROWS.iter().flat_map(device::probes)).collect()
+}
 
 /// A model at one set of parameters.
 pub struct Case {

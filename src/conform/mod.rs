@@ -32,7 +32,15 @@ pub const PROBE_INPUTS: usize = 1 << 20;
 
 /// Every probe row of gates 2 and 3.
 pub fn probes() -> Vec<Probe> {
-    [builtin::probes(), math::probes(), warp::probes(), sampler::probes(), texture::probes(), light::probes()]
+    [
+        builtin::probes(),
+        math::probes(),
+        warp::probes(),
+        sampler::probes(),
+        texture::probes(),
+        light::probes(),
+        bsdf::probes(),
+    ]
         .into_iter()
         .flatten()
         .collect()
