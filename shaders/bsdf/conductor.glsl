@@ -17,7 +17,8 @@ Conductor conductor_params(Spectrum eta, Spectrum k, float roughness, float roug
     b.ggx = ggx_from_roughness(roughness, roughness_y);
 #if CONDUCTOR_COMPENSATION
     b.is_compensated = compensation >= 0.5 && !b.ggx.is_smooth;
-    b.average = ggx_albedo_average(sqrt(0.5 * dot(b.ggx.alpha, b.ggx.alpha))).x;
+    vec2 alpha = b.ggx.alpha;
+    b.average = ggx_albedo_average(0.5 * (sqrt(0.5 * dot(alpha, alpha)) + max(alpha.x, alpha.y))).x;
     b.multiple_color = ggx_multiple_scattering_color(fresnel_conductor_average(b.eta, b.k), b.average);
 #endif
     return b;

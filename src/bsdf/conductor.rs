@@ -77,7 +77,7 @@ impl Conductor {
     pub fn from_inputs(inputs: &[DVec3]) -> Self {
         let (eta, k) = (inputs[0].max(DVec3::ZERO), inputs[1].max(DVec3::ZERO));
         let ggx = Ggx::from_roughness(inputs[2].x, inputs[3].x);
-        let average = ggx_albedo::table().average(ggx.alpha_rms());
+        let average = ggx_albedo::table().average(ggx.alpha_average());
         Self {
             eta,
             k,

@@ -74,9 +74,11 @@ impl Ggx {
         (x * x + y * y + self.alpha_x * self.alpha_y * w.z * w.z).sqrt()
     }
 
-    /// Width of the isotropic surface that masks as much on average.
-    pub fn alpha_rms(&self) -> f64 {
-        (0.5 * (self.alpha_x * self.alpha_x + self.alpha_y * self.alpha_y)).sqrt()
+    /// Width of an isotropic surface that loses at least as much on average: between the root mean square and the wider one,
+    /// so that the compensated surface stays below 1.
+    pub fn alpha_average(&self) -> f64 {
+        let rms = (0.5 * (self.alpha_x * self.alpha_x + self.alpha_y * self.alpha_y)).sqrt();
+        0.5 * (rms + self.alpha_x.max(self.alpha_y))
     }
 }
 

@@ -13,8 +13,8 @@ use crate::bsdf::ggx_albedo::gauss_legendre;
 /// Cells on each side of the peak, in each coordinate.
 const PANELS: usize = 10;
 /// A cell is divided in four while that changes its integral by more, to this depth.
-const TOLERANCE: f64 = 1e-5;
-const MAX_DEPTH: u32 = 7;
+const TOLERANCE: f64 = 2e-6;
+const MAX_DEPTH: u32 = 8;
 /// Width of the innermost cells, radian: a tenth of the narrowest lobe that is not a delta lobe.
 const INNERMOST: f64 = 1e-4;
 

@@ -22,7 +22,9 @@ const WORDS: usize = 18;
 /// Step of the differences, 16 eps.
 const STEP: f64 = 1.0 / 1_048_576.0;
 /// A direction whose z is this small may be on either side after rounding: 2 (o.h) h.z - o.z cancels.
-const HORIZON: f64 = 16.0 * EPS;
+const HORIZON: f64 = 64.0 * EPS;
+/// Above this u[1] the cap's direction nearly cancels against wo: h has no digits there, and is only asked to be finite.
+const FAR_END: f64 = 1.0 - 256.0 * EPS;
 /// Below this a result may be flushed to 0.
 const FLOOR: f64 = 1e-30;
 
@@ -226,15 +228,19 @@ fn judge_sample(index: usize, k: f64, x: &[f32], y: &[f32]) -> f64 {
     let choice = x[at + 3].to_bits();
     let mut x = widen(x);
     x[at + 3] = 0.0;
+    if x[at + 5] > FAR_END {
+        return 0.0;
+    }
     let fits = |x: &[f64; WORDS], choice: u32| fit_of_sample(index, k, x, choice, y);
     let first = fits(&x, choice);
     if first <= 1.0 {
         return first;
     }
     // Either side of a choice, of the horizon, of total reflection.
-    let choices = [choice.saturating_sub(1 << 16), choice.saturating_add(1 << 16), choice];
     let mut best = first;
-    for choice in choices {
+    for step in [0i32, 1, 4, 8, 12, 16, -4, -8, -12, -16] {
+        let away = if step == 0 { 0 } else { 1 << step.unsigned_abs() };
+        let choice = if step < 0 { choice.saturating_sub(away) } else { choice.saturating_add(away) };
         best = best.min(fits(&x, choice));
         for i in (0..WORDS).filter(|&i| x[i] != 0.0) {
             for step in [-STEP, STEP] {

@@ -228,10 +228,20 @@ fn unit(word: u32) -> f64 {
     f64::from(word >> 8) * 5.9604644775390625e-8
 }
 
-/// Component `d` of point n of an additive lattice (the plastic-number generalisation of the golden ratio, 3D).
+/// Component `d` of point n of DELTA_SAMPLES (Hammersley 1960): the choice in base 2, u in base 3 and in order.
 fn lattice(n: u32, d: usize) -> u32 {
-    const STEP: [u32; 3] = [3_518_319_155, 2_882_110_345, 2_360_945_575];
-    STEP[d].wrapping_mul(n).wrapping_add(1 << 31)
+    match d {
+        0 => n.reverse_bits(),
+        1 => {
+            let (mut rest, mut scale, mut x) = (n, 1.0 / 3.0, 0.0);
+            while rest > 0 {
+                x += f64::from(rest % 3) * scale;
+                (rest, scale) = (rest / 3, scale / 3.0);
+            }
+            (x * 4_294_967_296.0) as u32
+        }
+        _ => (2 * n + 1) << (31 - DELTA_SAMPLES.trailing_zeros()),
+    }
 }
 
 /// Three independent words for sample n (pcg, O'Neill 2014).
