@@ -9,14 +9,15 @@ const float GGX_ALBEDO_MIN_ROOT = 0.03162277660168379;
 vec2 ggx_albedo_at(float mu, float alpha) {
     float a = clamp(alpha, GGX_ALBEDO_MIN_ROOT * GGX_ALBEDO_MIN_ROOT, 1.0);
     const float cells = float(GGX_ALBEDO_X - 1u);
-    float x = min(mu * (1.0 + a) / (mu + a), 1.0) * (cells * cells);
+    // From the far end: 1 - x = a (1 - mu) / (mu + a) keeps its digits where A is a millionth of its neighbour.
+    float beyond = clamp(a * (1.0 - mu) / (mu + a), 0.0, 1.0) * (cells * cells);
     float y = max((sqrt(a) - GGX_ALBEDO_MIN_ROOT) * (float(GGX_ALBEDO_ALPHA - 1u) / (1.0 - GGX_ALBEDO_MIN_ROOT)), 0.0);
-    uint i = min(uint(sqrt(x)), GGX_ALBEDO_X - 2u);
+    uint i = min(uint(sqrt(cells * cells - beyond)), GGX_ALBEDO_X - 2u);
     uint j = min(uint(y), GGX_ALBEDO_ALPHA - 2u);
     vec4 left = uintBitsToFloat(ggx_albedo_row(j * GGX_ALBEDO_X + i));
     vec4 right = uintBitsToFloat(ggx_albedo_row(j * GGX_ALBEDO_X + i + 1u));
-    float fx = (x - float(i * i)) / float(2u * i + 1u);
-    vec4 v = mix(left, right, fx);
+    float gx = (beyond - (cells * cells - float((i + 1u) * (i + 1u)))) / float(2u * i + 1u);
+    vec4 v = left * gx + right * (1.0 - gx);
     vec2 at = mix(v.xy, v.zw, y - float(j));
     return vec2(at.x, (1.0 - at.x) * pow5(max(1.0 - at.y * (mu + a), 0.0)));
 }

@@ -58,7 +58,8 @@ pub struct Row {
     pub keyword: &'static str,
     /// One for each of the model's inputs.
     pub domains: &'static [Domain],
-    /// K of gate 3 for `eval` and `pdf`, and for `sample`; and which helpers they reach.
+    /// K of gate 3 for `eval` and `pdf`, and for `sample`; and which helpers they reach. 32: a chain of ten to twenty roundings
+    /// through D's fourth power; 256: refraction besides, through grazing facets where three differences follow each other.
     pub k: [f64; 2],
     pub covers: &'static [&'static str],
     pub sweeps: &'static [Sweep],
@@ -103,13 +104,13 @@ pub const ROWS: &[Row] = &[
     Row {
         keyword: "dielectric",
         domains: &[Domain::Index, Domain::Roughness, Domain::RoughnessY],
-        k: [32.0, 32.0],
+        k: [32.0, 256.0],
         covers: &["dielectric_eval_pdf"],
         sweeps: &[
             Sweep {
                 furnace: Furnace::AtMostOne,
                 refracts_by: Some("eta"),
-                values: &[&[1.5, 0.7, 1.0, 1.05, 2.4], &[0.0, 0.0317, 0.15, 0.5, 1.0], &[-1.0]],
+                values: &[&[1.5, 0.7, 1.0, 1.2, 2.4], &[0.0, 0.0317, 0.15, 0.5, 1.0], &[-1.0]],
             },
             Sweep { furnace: Furnace::AtMostOne, refracts_by: Some("eta"), values: &[&[1.5], &[0.3], &[0.1, 0.9]] },
         ],

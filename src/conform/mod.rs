@@ -41,9 +41,9 @@ pub fn probes() -> Vec<Probe> {
         light::probes(),
         bsdf::probes(),
     ]
-        .into_iter()
-        .flatten()
-        .collect()
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// Gates 2, 3 and 4 on a device. A row runs when its name, or "gate N", contains `filter`; an empty filter is all.

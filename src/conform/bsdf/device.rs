@@ -238,7 +238,7 @@ fn judge_sample(index: usize, k: f64, x: &[f32], y: &[f32]) -> f64 {
     }
     // Either side of a choice, of the horizon, of total reflection.
     let mut best = first;
-    for step in [0i32, 1, 4, 8, 12, 16, -4, -8, -12, -16] {
+    for step in (0..=16).chain(-16..0i32) {
         let away = if step == 0 { 0 } else { 1 << step.unsigned_abs() };
         let choice = if step < 0 { choice.saturating_sub(away) } else { choice.saturating_add(away) };
         best = best.min(fits(&x, choice));
