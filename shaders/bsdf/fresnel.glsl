@@ -51,6 +51,11 @@ float pow5(float x) {
     return x2 * x2 * x;
 }
 
+// 1 - (1 - x)^5 with the digits of a small x.
+float one_minus_pow5(float x) {
+    return x * (5.0 + x * (-10.0 + x * (10.0 + x * (-5.0 + x))));
+}
+
 // Schlick 1994, eq. 15, f90 = 1.
 Spectrum fresnel_schlick(float cos_o, Spectrum f0) {
     return f0 + (Spectrum(1.0) - f0) * pow5(1.0 - cos_o);

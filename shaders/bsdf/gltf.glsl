@@ -37,14 +37,14 @@ float gltf_mean(Spectrum c) {
     return dot(c, Spectrum(1.0 / 3.0));
 }
 
-// Deficit and Schlick albedo at one cosine; a mirror has its Fresnel term itself.
+// 1 - E0 and 1 - B at one cosine (bsdf/ggx_albedo.glsl); a mirror has its Fresnel term itself.
 vec2 gltf_albedo_at(Gltf b, float mu) {
-    return b.ggx.is_smooth ? vec2(0.0, pow5(1.0 - mu)) : ggx_albedo_at(mu, b.ggx.alpha.x);
+    return b.ggx.is_smooth ? vec2(0.0, one_minus_pow5(mu)) : ggx_albedo_at(mu, b.ggx.alpha.x);
 }
 
 // 1 - E of the opaque dielectric's facets.
 float gltf_left(Gltf b, vec2 albedo) {
-    return (1.0 - b.f0) * (1.0 - albedo.y) + b.f0 * albedo.x;
+    return mix(albedo.y, albedo.x, b.f0);
 }
 
 Gltf gltf_params(Spectrum base_color, float metallic, float roughness, float ior, float transmission, float thin,
@@ -78,7 +78,7 @@ GltfOutgoing gltf_outgoing(Gltf b, vec3 wo) {
     w.eta = wo.z < 0.0 && !b.is_thin ? 1.0 / b.ior : b.ior;
     w.albedo = gltf_albedo_at(b, w.o.z);
     float base = gltf_mean(b.base_color);
-    float facets = b.metal * mix(w.albedo.y, 1.0 - w.albedo.x, base) + b.opaque * mix(w.albedo.y, 1.0 - w.albedo.x, b.f0);
+    float facets = b.metal * (1.0 - mix(w.albedo.y, w.albedo.x, base)) + b.opaque * (1.0 - gltf_left(b, w.albedo));
     facets += b.transmitting;
     float cosine = b.metal * w.albedo.x * gltf_mean(b.multiple_color) + b.opaque * base * gltf_left(b, w.albedo);
     w.p_cosine = cosine > 0.0 ? cosine / (cosine + facets) : 0.0;
@@ -105,10 +105,10 @@ GltfFacet gltf_facet(Gltf b, float cos_h, float eta) {
 // Lambertian base and the metal's multiple scattering; cos_i > 0.
 Spectrum gltf_cosine_lobe(Gltf b, GltfOutgoing w, float cos_i, float cos_h) {
     vec2 albedo_i = gltf_albedo_at(b, cos_i);
-    float average = gltf_left(b, b.average);
+    float average = gltf_left(b, vec2(b.average.x, 1.0 - b.average.y));
     float base = average > 0.0 ? gltf_left(b, w.albedo) * gltf_left(b, albedo_i) / average : 0.0;
 #if GLTF_KHRONOS_MIX
-    base = b.is_khronos ? 1.0 - fresnel_schlick(cos_h, Spectrum(b.f0)).x : base;
+    base = b.is_khronos ? (1.0 - b.f0) * one_minus_pow5(cos_h) : base;
 #endif
     Spectrum value = b.base_color * (b.opaque * base * INV_PI * cos_i);
 #if GLTF_COMPENSATION

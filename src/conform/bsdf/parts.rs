@@ -91,6 +91,15 @@ fn fresnel_rows() -> Vec<Probe> {
         .files(FRESNEL)
         .k(8.0)
         .within(0.0, 1.000_001),
+        Probe::real(
+            "one_minus_pow5",
+            "y0 = one_minus_pow5(x0);",
+            |r| [cosine(r)],
+            |[x]| [x * (5.0 - x * (10.0 - x * (10.0 - x * (5.0 - x))))],
+        )
+        .files(FRESNEL)
+        .k(16.0)
+        .because("the terms sum to 31 times the result at x = 1"),
         Probe::real("pow5", "y0 = pow5(x0);", |r| [r.range(0.0, 1.0)], |[x]| [x.powi(5)]).files(FRESNEL),
     ]
 }
@@ -238,7 +247,7 @@ fn albedo_rows() -> Vec<Probe> {
             |r| [cosine(r).max(1e-8), r.log(1e-4, 1.0)],
             |[mu, alpha]| {
                 let a = ggx_albedo::table().at(mu, alpha);
-                [a.deficit, a.schlick]
+                [a.deficit, 1.0 - a.schlick]
             },
         )
         .k(64.0)
