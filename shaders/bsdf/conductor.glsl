@@ -5,7 +5,6 @@ struct Conductor {
     Ggx ggx;
 #if CONDUCTOR_COMPENSATION
     bool is_compensated;
-    float alpha;  // the narrower one, for the albedo table
     float average;
     Spectrum multiple_color;
 #endif
@@ -18,29 +17,28 @@ Conductor conductor_params(Spectrum eta, Spectrum k, float roughness, float roug
     b.ggx = ggx_from_roughness(roughness, roughness_y);
 #if CONDUCTOR_COMPENSATION
     b.is_compensated = compensation >= 0.5 && !b.ggx.is_smooth;
-    b.alpha = min(b.ggx.alpha.x, b.ggx.alpha.y);
-    b.average = ggx_albedo_average(b.alpha).x;
+    vec2 alpha = b.ggx.alpha;
+    b.average = ggx_albedo_average(0.5 * (sqrt(0.5 * dot(alpha, alpha)) + max(alpha.x, alpha.y))).x;
     b.multiple_color = ggx_multiple_scattering_color(fresnel_conductor_average(b.eta, b.k), b.average);
 #endif
     return b;
 }
 
-// Probability of the cosine lobe.
-float conductor_multiple_probability(Conductor b, vec3 wo) {
 #if CONDUCTOR_COMPENSATION
-    return b.is_compensated ? ggx_albedo_at(wo.z, b.alpha).x : 0.0;
-#else
-    return 0.0;
-#endif
+// What single scattering loses towards w: the deficit of the isotropic surface as wide along w.
+float conductor_deficit(Conductor b, vec3 w) {
+    vec2 xy = b.ggx.alpha * w.xy;
+    return ggx_albedo_at(w.z, sqrt(dot(xy, xy) + b.ggx.alpha.x * b.ggx.alpha.y * w.z * w.z)).x;
 }
+#endif
 
 // With the facet given, since sampling knows it better than wo + wi tell; cos_h = wo.h. wo.z, wi.z > 0.
 BsdfValue conductor_value(Conductor b, vec3 wo, vec3 wi, vec3 h, float cos_h) {
     vec2 facet = ggx_reflection(b.ggx, wo, wi, h);
     BsdfValue v = BsdfValue(fresnel_conductor(cos_h, b.eta, b.k) * facet.x, facet.y);
 #if CONDUCTOR_COMPENSATION
-    float lost_o = b.is_compensated ? ggx_albedo_at(wo.z, b.alpha).x : 0.0;
-    float lost_i = ggx_albedo_at(wi.z, b.alpha).x;
+    float lost_o = b.is_compensated ? conductor_deficit(b, wo) : 0.0;
+    float lost_i = conductor_deficit(b, wi);
     v.value += b.multiple_color * ggx_multiple_scattering(lost_o, lost_i, b.average, wi.z);
     v.pdf = v.pdf * (1.0 - lost_o) + lost_o * (INV_PI * wi.z);
 #endif
@@ -70,7 +68,7 @@ BsdfSample conductor_sample(Conductor b, vec3 wo, uint choice, vec2 u) {
     float cos_h = clamp(dot(wo, h), 0.0, 1.0);
     s.wi = ggx_reflect(wo, h);
 #if CONDUCTOR_COMPENSATION
-    bool is_multiple = bsdf_is_chosen(choice, conductor_multiple_probability(b, wo));
+    bool is_multiple = b.is_compensated && bsdf_is_chosen(choice, conductor_deficit(b, wo));
     s.wi = is_multiple ? cosine_hemisphere(u) : s.wi;
     vec3 v_h = wo + s.wi;
     h = is_multiple ? ggx_half(v_h) : h;

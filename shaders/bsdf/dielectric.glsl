@@ -25,9 +25,9 @@ BsdfValue dielectric_eval_pdf(Dielectric b, vec3 wo, vec3 wi) {
     h = h.z < 0.0 ? -h : h;
     float l = length(v);
     float cos_o = is_reflected ? 0.5 * l : dot(o, h);
-    float f = fresnel_dielectric(clamp(cos_o, 0.0, 1.0), eta).x;
-    vec2 reflection = f * ggx_reflection(b.ggx, o, i, h);
-    vec2 refraction = (1.0 - f) * vec2(1.0 / (eta * eta), 1.0) * ggx_refraction(b.ggx, o, i, h, eta, l);
+    vec3 f = fresnel_dielectric(clamp(cos_o, 0.0, 1.0), eta);
+    vec2 reflection = f.x * ggx_reflection(b.ggx, o, i, h);
+    vec2 refraction = f.z * vec2(1.0 / (eta * eta), 1.0) * ggx_refraction(b.ggx, o, i, h, eta, l);
     bool is_facing = is_reflected || (cos_o > 0.0 && dot(i, h) < 0.0);
     bool is_seen = o.z > 0.0 && i.z != 0.0 && is_facing && !dielectric_is_delta(b);
     vec2 value = is_reflected ? reflection : refraction;
@@ -49,7 +49,7 @@ BsdfSample dielectric_sample(Dielectric b, vec3 wo, uint choice, vec2 u) {
     vec3 o = vec3(wo.xy, abs(wo.z));
     vec3 h = b.ggx.is_smooth ? vec3(0.0, 0.0, 1.0) : ggx_sample_visible(b.ggx, o, u);
     float cos_o = clamp(dot(o, h), 0.0, 1.0);
-    vec2 f = fresnel_dielectric(cos_o, eta);
+    vec3 f = fresnel_dielectric(cos_o, eta);
     bool is_reflected = bsdf_is_chosen(choice, f.x);
     vec3 refracted = (h * cos_o - o) / eta - h * f.y;
     vec3 i = is_reflected ? ggx_reflect(o, h) : refracted;
@@ -58,9 +58,9 @@ BsdfSample dielectric_sample(Dielectric b, vec3 wo, uint choice, vec2 u) {
     // |o + eta i| = |cos_o - eta cos_t| = |eta^2 - 1| / (cos_o + eta cos_t), without the difference.
     float l = abs((eta - 1.0) * (eta + 1.0)) / (cos_o + eta * f.y);
     float pdf = is_reflected ? f.x * ggx_reflection(b.ggx, o, i, h).y
-                             : (1.0 - f.x) * ggx_refraction(b.ggx, o, i, h, eta, l).y;
+                             : f.z * ggx_refraction(b.ggx, o, i, h, eta, l).y;
     bool is_delta = dielectric_is_delta(b);
-    float probability = b.is_absent ? 1.0 : (is_reflected ? f.x : 1.0 - f.x);
+    float probability = b.is_absent ? 1.0 : (is_reflected ? f.x : f.z);
     pdf = is_delta ? probability : pdf;
     bool is_kept = o.z > 0.0 && (is_reflected ? i.z > 0.0 : i.z < 0.0) && pdf > 0.0;
     s.eta_scale = is_reflected || b.is_absent ? 1.0 : 1.0 / (eta * eta);

@@ -1,9 +1,9 @@
 // Fresnel reflectance in f32, arranged so that no difference of nearly equal numbers is left; f64 twin: src/bsdf/fresnel.rs.
 
-// Reflectance in x, cosine on the other side in y (0 under total reflection). cos_o in [0,1]; eta: index there / index here.
+// Reflectance in x, cosine on the other side in y (0 under total reflection), transmittance 1 - x in z. cos_o in [0,1]; eta: index there / index here.
 // eta^2 cos_t^2 = (eta-1)(eta+1) + cos_o^2 and eta^2 cos_t^2 - cos_o^2 = eta^2 - 1 replace the subtractions of Born and Wolf
 // 1.5.2 (20): near eta = 1 and at grazing every digit stays; near the critical angle the error is that of one ulp of cos_o.
-vec2 fresnel_dielectric(float cos_o, float eta) {
+vec3 fresnel_dielectric(float cos_o, float eta) {
     float e = (eta - 1.0) * (eta + 1.0);
     float t2 = e + cos_o * cos_o;
     float eta_cos_t = safe_sqrt(t2);
@@ -15,7 +15,11 @@ vec2 fresnel_dielectric(float cos_o, float eta) {
     float r_perpendicular = a > 0.0 ? e / (a * a) : 1.0;
     float r_parallel = b > 0.0 ? e * ((eta2 + 1.0) * cos_o * cos_o - 1.0) / (eta2 * b * b) : 1.0;
     float f = min(0.5 * (r_perpendicular * r_perpendicular + r_parallel * r_parallel), 1.0);
-    return t2 > 0.0 ? vec2(f, min(cos_t, 1.0)) : vec2(1.0, 0.0);
+    // 1 - r^2 of both, as products.
+    float t_perpendicular = a > 0.0 ? eta_cos_t / (a * a) : 0.0;
+    float t_parallel = b > 0.0 ? eta_cos_t / (b * b) : 0.0;
+    float t = min(2.0 * cos_o * (t_perpendicular + t_parallel), 1.0);
+    return t2 > 0.0 ? vec3(f, min(cos_t, 1.0), t) : vec3(1.0, 0.0, 0.0);
 }
 
 // Conductor of index eta - ik, per channel. a + ib = sqrt(n^2 - sin^2) by the root that adds; the amplitudes as sums of squares.
@@ -45,6 +49,11 @@ Spectrum fresnel_conductor(float cos_o, Spectrum eta, Spectrum k) {
 float pow5(float x) {
     float x2 = x * x;
     return x2 * x2 * x;
+}
+
+// 1 - (1 - x)^5 with the digits of a small x.
+float one_minus_pow5(float x) {
+    return x * (5.0 + x * (-10.0 + x * (10.0 + x * (-5.0 + x))));
 }
 
 // Schlick 1994, eq. 15, f90 = 1.

@@ -1,27 +1,33 @@
 // Lookup of the table "ggx_albedo": see src/bsdf/ggx_albedo.rs for what it holds and why in these coordinates.
-// Rows [j * 48 + i], j < 31: (A, q) at node i of alpha row j, and of row j + 1. Then 80 rows: averages over octaves of alpha.
+// Rows [j * 48 + i], j < 39: (A, q) at node i of alpha row j, and of row j + 1. Then 80 rows: averages over octaves of alpha.
 const uint GGX_ALBEDO_X = 48u;
-const uint GGX_ALBEDO_ALPHA = 32u;
+const uint GGX_ALBEDO_ALPHA = 40u;
 const uint GGX_ALBEDO_OCTAVES = 10u;
 const float GGX_ALBEDO_MIN_ROOT = 0.03162277660168379;
 
-// x: deficit A = 1 - E0 of single scattering with F = 1; y: albedo B with F = (1 - cos)^5.
+// x: deficit A = 1 - E0 of single scattering with F = 1; y: 1 - B, B the albedo with F = (1 - cos)^5. Both vanish towards
+// grazing, and a layer below gets only them: so they are what is kept, with their own digits.
 vec2 ggx_albedo_at(float mu, float alpha) {
     float a = clamp(alpha, GGX_ALBEDO_MIN_ROOT * GGX_ALBEDO_MIN_ROOT, 1.0);
     const float cells = float(GGX_ALBEDO_X - 1u);
+    // From either end: x near 0, 1 - x = a (1 - mu) / (mu + a) near 1, where A is a millionth of its neighbour.
     float x = min(mu * (1.0 + a) / (mu + a), 1.0) * (cells * cells);
+    float beyond = clamp(a * (1.0 - mu) / (mu + a), 0.0, 1.0) * (cells * cells);
     float y = max((sqrt(a) - GGX_ALBEDO_MIN_ROOT) * (float(GGX_ALBEDO_ALPHA - 1u) / (1.0 - GGX_ALBEDO_MIN_ROOT)), 0.0);
     uint i = min(uint(sqrt(x)), GGX_ALBEDO_X - 2u);
     uint j = min(uint(y), GGX_ALBEDO_ALPHA - 2u);
     vec4 left = uintBitsToFloat(ggx_albedo_row(j * GGX_ALBEDO_X + i));
     vec4 right = uintBitsToFloat(ggx_albedo_row(j * GGX_ALBEDO_X + i + 1u));
-    float fx = (x - float(i * i)) / float(2u * i + 1u);
-    vec4 v = mix(left, right, fx);
+    float width = float(2u * i + 1u);
+    float fx = (x - float(i * i)) / width;
+    float gx = (beyond - (cells * cells - float((i + 1u) * (i + 1u)))) / width;
+    bool is_far = x > beyond;
+    vec4 v = left * (is_far ? gx : 1.0 - fx) + right * (is_far ? 1.0 - gx : fx);
     vec2 at = mix(v.xy, v.zw, y - float(j));
-    return vec2(at.x, (1.0 - at.x) * pow5(max(1.0 - at.y * (mu + a), 0.0)));
+    return vec2(at.x, at.x + (1.0 - at.x) * one_minus_pow5(min(at.y * (mu + a), 1.0)));
 }
 
-// Hemispherical averages of both. The exponent of alpha is the octave and its mantissa the place there: no logarithm.
+// Hemispherical averages of A and B (not 1 - B). The exponent of alpha is the octave and its mantissa the place there: no logarithm.
 vec2 ggx_albedo_average(float alpha) {
     float a = clamp(alpha, GGX_ALBEDO_MIN_ROOT * GGX_ALBEDO_MIN_ROOT, ONE_MINUS_EPS);
     uint bits = floatBitsToUint(a);

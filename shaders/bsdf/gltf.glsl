@@ -15,18 +15,21 @@ struct Gltf {
     bool is_compensated;
 };
 
-// What depends on wo alone: o above, the index beyond over the index here, albedo of the facets, probability of the cosine lobe.
+// What depends on wo alone: o above, the index beyond over the index here, albedo of the facets, probabilities of the cosine lobe
+// and of the facets (both as quotients: 1 - p has no digits where p is near 1).
 struct GltfOutgoing {
     vec3 o;
     float eta;
     vec2 albedo;
     float p_cosine;
+    float p_facet;
 };
 
 struct GltfFacet {
     Spectrum reflected;
     Spectrum transmitted;
     float cos_t;
+    float p_reflection;
     float p_transmission;
 };
 
@@ -34,14 +37,14 @@ float gltf_mean(Spectrum c) {
     return dot(c, Spectrum(1.0 / 3.0));
 }
 
-// Deficit and Schlick albedo at one cosine; a mirror has its Fresnel term itself.
+// 1 - E0 and 1 - B at one cosine (bsdf/ggx_albedo.glsl); a mirror has its Fresnel term itself.
 vec2 gltf_albedo_at(Gltf b, float mu) {
-    return b.ggx.is_smooth ? vec2(0.0, pow5(1.0 - mu)) : ggx_albedo_at(mu, b.ggx.alpha.x);
+    return b.ggx.is_smooth ? vec2(0.0, one_minus_pow5(mu)) : ggx_albedo_at(mu, b.ggx.alpha.x);
 }
 
 // 1 - E of the opaque dielectric's facets.
 float gltf_left(Gltf b, vec2 albedo) {
-    return (1.0 - b.f0) * (1.0 - albedo.y) + b.f0 * albedo.x;
+    return mix(albedo.y, albedo.x, b.f0);
 }
 
 Gltf gltf_params(Spectrum base_color, float metallic, float roughness, float ior, float transmission, float thin,
@@ -75,33 +78,37 @@ GltfOutgoing gltf_outgoing(Gltf b, vec3 wo) {
     w.eta = wo.z < 0.0 && !b.is_thin ? 1.0 / b.ior : b.ior;
     w.albedo = gltf_albedo_at(b, w.o.z);
     float base = gltf_mean(b.base_color);
-    float facets = b.metal * mix(w.albedo.y, 1.0 - w.albedo.x, base) + b.opaque * (1.0 - gltf_left(b, w.albedo));
+    float facets = b.metal * (1.0 - mix(w.albedo.y, w.albedo.x, base)) + b.opaque * (1.0 - gltf_left(b, w.albedo));
     facets += b.transmitting;
     float cosine = b.metal * w.albedo.x * gltf_mean(b.multiple_color) + b.opaque * base * gltf_left(b, w.albedo);
     w.p_cosine = cosine > 0.0 ? cosine / (cosine + facets) : 0.0;
+    w.p_facet = cosine > 0.0 ? facets / (cosine + facets) : 1.0;
     return w;
 }
 
 GltfFacet gltf_facet(Gltf b, float cos_h, float eta) {
     Spectrum schlick = fresnel_schlick(cos_h, b.base_color) * b.metal + fresnel_schlick(cos_h, Spectrum(b.f0)) * b.opaque;
 #if GLTF_TRANSMISSION
-    vec2 f = fresnel_dielectric(cos_h, eta);
-    GltfFacet t = GltfFacet(schlick + Spectrum(f.x * b.transmitting), b.base_color * ((1.0 - f.x) * b.transmitting), f.y, 0.0);
+    vec3 f = fresnel_dielectric(cos_h, eta);
+    Spectrum transmitted = b.base_color * (f.z * b.transmitting);
+    GltfFacet t = GltfFacet(schlick + Spectrum(f.x * b.transmitting), transmitted, f.y, 1.0, 0.0);
     float passing = gltf_mean(t.transmitted);
-    t.p_transmission = passing > 0.0 ? passing / (passing + gltf_mean(t.reflected)) : 0.0;
+    float staying = gltf_mean(t.reflected);
+    t.p_transmission = passing > 0.0 ? passing / (passing + staying) : 0.0;
+    t.p_reflection = passing > 0.0 ? staying / (passing + staying) : 1.0;
     return t;
 #else
-    return GltfFacet(schlick, Spectrum(0.0), 0.0, 0.0);
+    return GltfFacet(schlick, Spectrum(0.0), 0.0, 1.0, 0.0);
 #endif
 }
 
 // Lambertian base and the metal's multiple scattering; cos_i > 0.
 Spectrum gltf_cosine_lobe(Gltf b, GltfOutgoing w, float cos_i, float cos_h) {
     vec2 albedo_i = gltf_albedo_at(b, cos_i);
-    float average = gltf_left(b, b.average);
+    float average = gltf_left(b, vec2(b.average.x, 1.0 - b.average.y));
     float base = average > 0.0 ? gltf_left(b, w.albedo) * gltf_left(b, albedo_i) / average : 0.0;
 #if GLTF_KHRONOS_MIX
-    base = b.is_khronos ? 1.0 - fresnel_schlick(cos_h, Spectrum(b.f0)).x : base;
+    base = b.is_khronos ? (1.0 - b.f0) * one_minus_pow5(cos_h) : base;
 #endif
     Spectrum value = b.base_color * (b.opaque * base * INV_PI * cos_i);
 #if GLTF_COMPENSATION
@@ -131,14 +138,14 @@ BsdfValue gltf_value(Gltf b, GltfOutgoing w, vec3 i, vec3 h, float cos_h, float 
     vec3 mirrored = vec3(i.xy, abs(i.z));
     vec2 reflection = b.ggx.is_smooth ? vec2(0.0) : ggx_reflection(b.ggx, w.o, mirrored, h);
     Spectrum value = facet.reflected * (reflection.x * masking) + gltf_cosine_lobe(b, w, mirrored.z, cos_h);
-    float pdf = (1.0 - w.p_cosine) * (1.0 - facet.p_transmission) * reflection.y + w.p_cosine * INV_PI * mirrored.z;
+    float pdf = w.p_facet * facet.p_reflection * reflection.y + w.p_cosine * INV_PI * mirrored.z;
 #if GLTF_TRANSMISSION
     vec2 refraction = vec2(1.0 / (w.eta * w.eta), 1.0) * ggx_refraction(b.ggx, w.o, i, h, w.eta, l);
     vec2 passing = b.is_thin ? reflection : refraction;
     bool is_facing = b.is_thin || dot(i, h) < 0.0;
     passing = is_facing && cos_h > 0.0 && !b.ggx.is_smooth && !b.is_matched ? passing : vec2(0.0);
     value = is_transmitted ? facet.transmitted * (passing.x * masking) : value;
-    pdf = is_transmitted ? (1.0 - w.p_cosine) * facet.p_transmission * passing.y : pdf;
+    pdf = is_transmitted ? w.p_facet * facet.p_transmission * passing.y : pdf;
 #endif
     bool is_seen = w.o.z > 0.0 && (i.z > 0.0 || (GLTF_TRANSMISSION == 1 && is_transmitted));
     return BsdfValue(is_seen ? value : Spectrum(0.0), is_seen ? pdf : 0.0);
@@ -178,7 +185,7 @@ BsdfSample gltf_sample(Gltf b, vec3 wo, uint choice, vec2 u) {
     GltfFacet facet = gltf_facet(b, cos_h, w.eta);
     bool is_cosine = bsdf_is_chosen(choice, w.p_cosine);
     vec3 i = ggx_reflect(o, h);
-    float p_transmission = (1.0 - w.p_cosine) * facet.p_transmission;
+    float p_transmission = w.p_facet * facet.p_transmission;
     float l = 0.0;
     bool is_transmitted = false;
     bool is_refracted = false;
@@ -197,7 +204,7 @@ BsdfSample gltf_sample(Gltf b, vec3 wo, uint choice, vec2 u) {
     s.eta_scale = is_refracted ? 1.0 / (w.eta * w.eta) : 1.0;
     bool is_delta = !is_cosine && (b.ggx.is_smooth || (is_transmitted && b.is_matched));
     Spectrum delta_value = is_transmitted ? facet.transmitted * s.eta_scale : facet.reflected;
-    float delta_pdf = is_transmitted ? p_transmission : (1.0 - w.p_cosine) * (1.0 - facet.p_transmission);
+    float delta_pdf = is_transmitted ? p_transmission : w.p_facet * facet.p_reflection;
     Spectrum value = is_delta ? delta_value : v.value;
     float pdf = is_delta ? delta_pdf : v.pdf;
     bool is_kept = o.z > 0.0 && (is_transmitted ? i.z < 0.0 : i.z > 0.0) && pdf > 0.0;

@@ -18,11 +18,11 @@ float thin_dielectric_pdf(ThinDielectric b, vec3 wo, vec3 wi) {
 
 BsdfSample thin_dielectric_sample(ThinDielectric b, vec3 wo, uint choice, vec2 u) {
     BsdfSample s = bsdf_sample_none();
-    float f = fresnel_dielectric(min(abs(wo.z), 1.0), b.eta).x;
-    float r = 2.0 * f / (1.0 + f);
+    vec3 f = fresnel_dielectric(min(abs(wo.z), 1.0), b.eta);
+    float r = 2.0 * f.x / (1.0 + f.x);
     bool is_reflected = bsdf_is_chosen(choice, r);
     s.wi = is_reflected ? vec3(-wo.xy, wo.z) : -wo;
-    s.pdf = is_reflected ? r : (1.0 - f) / (1.0 + f);
+    s.pdf = is_reflected ? r : f.z / (1.0 + f.x);
     s.pdf = wo.z != 0.0 ? s.pdf : 0.0;
     s.weight = s.pdf > 0.0 ? (is_reflected ? Spectrum(1.0) : b.tint) : Spectrum(0.0);
     s.flags = SAMPLE_DELTA | (is_reflected ? 0u : SAMPLE_TRANSMISSION);

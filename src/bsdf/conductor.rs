@@ -1,6 +1,6 @@
 //! Metal: GGX facets (src/bsdf/ggx.rs) with the exact Fresnel reflectance of a complex index, and optionally the light that
 //! single scattering loses, given back by the reciprocal lobe of Kulla and Conty 2017 (Revisiting physically based shading).
-//! An anisotropic surface takes the deficit of its narrower alpha: it then stays below 1, and is not promised to reach it.
+//! An anisotropic surface takes, for each direction, the deficit of the isotropic one that is as wide along it.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -77,7 +77,7 @@ impl Conductor {
     pub fn from_inputs(inputs: &[DVec3]) -> Self {
         let (eta, k) = (inputs[0].max(DVec3::ZERO), inputs[1].max(DVec3::ZERO));
         let ggx = Ggx::from_roughness(inputs[2].x, inputs[3].x);
-        let average = ggx_albedo::oracle().average(ggx.alpha_min());
+        let average = ggx_albedo::table().average(ggx.alpha_average());
         Self {
             eta,
             k,
@@ -89,7 +89,7 @@ impl Conductor {
     }
 
     fn albedo_at(&self, w: DVec3) -> Albedo {
-        ggx_albedo::oracle().at(w.z, self.ggx.alpha_min())
+        ggx_albedo::table().at(w.z, self.ggx.alpha_towards(w))
     }
 
     /// Probability of the cosine lobe: the share of light that leaves after more than one facet, at F = 1.

@@ -6,11 +6,12 @@ use glam::DVec3;
 /// Reflectance of a smooth interface and the cosine on the other side (0 under total reflection).
 /// `cos_o` in [0,1]; `eta` = index on the other side / index on this side, > 0.
 pub fn dielectric(cos_o: f64, eta: f64) -> (f64, f64) {
-    let sin2_t = (1.0 - cos_o * cos_o) / (eta * eta);
-    if sin2_t >= 1.0 {
+    // 1 - sin_t^2 by Snell's law; 1 - cos_o^2 would lose a grazing cosine where eta = 1.
+    let cos2_t = ((eta - 1.0) * (eta + 1.0) + cos_o * cos_o) / (eta * eta);
+    if cos2_t <= 0.0 {
         return (1.0, 0.0);
     }
-    let cos_t = (1.0 - sin2_t).sqrt();
+    let cos_t = cos2_t.sqrt();
     let r_parallel = (eta * cos_o - cos_t) / (eta * cos_o + cos_t);
     let r_perpendicular = (cos_o - eta * cos_t) / (cos_o + eta * cos_t);
     (0.5 * (r_parallel * r_parallel + r_perpendicular * r_perpendicular), cos_t)
@@ -33,7 +34,7 @@ pub fn conductor(cos_o: f64, eta: DVec3, k: DVec3) -> DVec3 {
 
 /// Schlick 1994, eq. 15, with f90 = 1.
 pub fn schlick(cos_o: f64, f0: DVec3) -> DVec3 {
-    f0 + (DVec3::ONE - f0) * (1.0 - cos_o).powi(5)
+    f0 + (DVec3::ONE - f0) * (1.0 - cos_o.clamp(0.0, 1.0)).powi(5)
 }
 
 /// Hemispherical average 2 int F(mu) mu dmu of a conductor through the fit of Lazanyi and Szirmay-Kalos 2005 that is exact at

@@ -68,9 +68,17 @@ impl Ggx {
         DVec3::new(self.alpha_x * h_std.x, self.alpha_y * h_std.y, h_std.z.max(1e-300)).normalize()
     }
 
-    /// The narrower width.
-    pub fn alpha_min(&self) -> f64 {
-        self.alpha_x.min(self.alpha_y)
+    /// Width of the isotropic surface that masks as much along `w`; the geometric mean towards the pole.
+    pub fn alpha_towards(&self, w: DVec3) -> f64 {
+        let (x, y) = (self.alpha_x * w.x, self.alpha_y * w.y);
+        (x * x + y * y + self.alpha_x * self.alpha_y * w.z * w.z).sqrt()
+    }
+
+    /// Width of an isotropic surface that loses at least as much on average: between the root mean square and the wider one,
+    /// so that the compensated surface stays below 1.
+    pub fn alpha_average(&self) -> f64 {
+        let rms = (0.5 * (self.alpha_x * self.alpha_x + self.alpha_y * self.alpha_y)).sqrt();
+        0.5 * (rms + self.alpha_x.max(self.alpha_y))
     }
 }
 

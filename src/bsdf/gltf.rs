@@ -102,7 +102,7 @@ impl Gltf {
         let average = if ggx.is_smooth {
             Albedo { deficit: 0.0, schlick: 1.0 / 21.0 }
         } else {
-            ggx_albedo::oracle().average(ggx.alpha_x)
+            ggx_albedo::table().average(ggx.alpha_x)
         };
         let fresnel_average = base_color + (DVec3::ONE - base_color) / 21.0;
         Self {
@@ -129,7 +129,7 @@ impl Gltf {
         if self.ggx.is_smooth {
             Albedo { deficit: 0.0, schlick: (1.0 - cos).powi(5) }
         } else {
-            ggx_albedo::oracle().at(cos, self.ggx.alpha_x)
+            ggx_albedo::table().at(cos, self.ggx.alpha_x)
         }
     }
 

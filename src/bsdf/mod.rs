@@ -5,8 +5,8 @@
 //! The agreement of shading and geometric sides is checked by the caller, in one place, not by the models.
 //! Here the maths are f64 and written from the papers; GLSL is written on its own and gate 3 compares the two.
 
-mod fresnel;
-mod ggx;
+pub(crate) mod fresnel;
+pub(crate) mod ggx;
 pub mod ggx_albedo;
 
 use glam::DVec3;
@@ -110,7 +110,7 @@ impl Model {
 
 /// Rows of a table named in `Model::tables`.
 pub fn table_rows(name: &str) -> Option<Vec<[f32; 4]>> {
-    (name == "ggx_albedo").then(|| ggx_albedo::device_rows().to_vec())
+    (name == "ggx_albedo").then(ggx_albedo::rows)
 }
 
 /// Whether a choice of probability `p` is taken by 32 random bits: the same integer threshold as in GLSL.

@@ -4,6 +4,7 @@
 //! its rows in a file here: `math`, `warp`, `sampler`, `texture`, `light`, `bsdf`. Gate 3 compares every GLSL function free of
 //! path state with f64 (`probe`); a function that no row names is listed in `coverage` with the gate that covers it, or fails.
 
+pub mod bsdf;
 pub mod coverage;
 pub mod images;
 pub mod inputs;
@@ -31,10 +32,18 @@ pub const PROBE_INPUTS: usize = 1 << 20;
 
 /// Every probe row of gates 2 and 3.
 pub fn probes() -> Vec<Probe> {
-    [builtin::probes(), math::probes(), warp::probes(), sampler::probes(), texture::probes(), light::probes()]
-        .into_iter()
-        .flatten()
-        .collect()
+    [
+        builtin::probes(),
+        math::probes(),
+        warp::probes(),
+        sampler::probes(),
+        texture::probes(),
+        light::probes(),
+        bsdf::probes(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// Gates 2, 3 and 4 on a device. A row runs when its name, or "gate N", contains `filter`; an empty filter is all.

@@ -230,7 +230,7 @@ impl Probe {
     }
 
     /// Results of the device for `count` inputs (a multiple of 64).
-    fn results(&self, device: &Device, words: &[u32], count: usize) -> Result<Vec<u32>, String> {
+    pub fn results(&self, device: &Device, words: &[u32], count: usize) -> Result<Vec<u32>, String> {
         let (source, bodies) = self.source()?;
         let spirv = compile(&source, &Cache::user()).map_err(|e| e.to_string())?;
         let text = |e: crate::gpu::GpuError| e.to_string();
