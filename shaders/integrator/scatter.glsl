@@ -33,7 +33,8 @@ Shading shading_load(PathState s, Surface surface, MaterialRecord material, inou
     tally.disagree += disagrees ? 1u : 0u;
     r.ng = ng;
 #if HAS_TANGENTS
-    r.frame = frame_from_tangent(ns, tangent.xyz);
+    bool follows_tangent = (material.flags & MATERIAL_TANGENT) != 0u;
+    r.frame = frame_from_tangent(ns, follows_tangent ? tangent.xyz : vec3(0.0));
 #else
     r.frame = frame_from_normal(ns);
 #endif

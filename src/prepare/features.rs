@@ -76,7 +76,7 @@ impl Features {
             light_spheres: light(LIGHT_SPHERE),
             light_sky: light(LIGHT_SKY),
             smooth_normals: !p.normals.is_empty(),
-            tangents: !p.tangents.is_empty(),
+            tangents: has(MATERIAL_TANGENT) && !(p.tangents.is_empty() && p.spheres.is_empty()),
             uvs: !p.uvs.is_empty(),
             colors: !p.colors.is_empty(),
             emission: has(MATERIAL_EMITS),

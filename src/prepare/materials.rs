@@ -41,7 +41,7 @@ pub fn resolve(scene: &Scene) -> Resolved {
     r.data = patterns.rows;
     r.structures = patterns.structures;
     r.wanted.normals = scene.meshes.iter().any(|m| m.normals.is_some());
-    r.wanted.tangents = scene.materials.iter().any(|m| m.normal_map.is_some() || is_anisotropic(m));
+    r.wanted.tangents = scene.materials.iter().any(follows_tangent);
     for structure in &r.structures {
         structure.visit(&mut |node| match node {
             Node::Image { .. } | Node::Checker { .. } => r.wanted.uvs = true,
@@ -96,6 +96,9 @@ fn resolve_material(m: &Material, patterns: &mut Patterns, context: &Context, r:
         record.flags |= MATERIAL_NORMAL_MAP;
         record.normal_scale = *scale as f32;
     }
+    if follows_tangent(m) {
+        record.flags |= MATERIAL_TANGENT;
+    }
     if transmits(m) {
         record.flags |= MATERIAL_TRANSMITS | if is_thin(m) { MATERIAL_THIN } else { 0 };
     }
@@ -114,6 +117,10 @@ pub fn transmits(m: &Material) -> bool {
 /// Light goes straight through, into the same medium.
 pub fn is_thin(m: &Material) -> bool {
     bsdf::MODELS[m.bsdf].keyword.starts_with("thin_") || input_of(m, "thin").is_some_and(|v| !is_zero(v))
+}
+
+fn follows_tangent(m: &Material) -> bool {
+    m.normal_map.is_some() || is_anisotropic(m)
 }
 
 fn is_anisotropic(m: &Material) -> bool {

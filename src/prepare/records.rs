@@ -121,6 +121,9 @@ pub const MATERIAL_TRANSMITS: u32 = 16;
 pub const MATERIAL_NORMAL_MAP: u32 = 32;
 /// Lets light through without a medium behind it.
 pub const MATERIAL_THIN: u32 = 64;
+/// The shading frame follows the surface's tangent: a normal map, or a brushed metal. Others take the frame of the normal alone,
+/// so that their samples do not depend on what else a scene holds.
+pub const MATERIAL_TANGENT: u32 = 128;
 
 gpu_record! {
     pub struct TextureRecord {

@@ -92,6 +92,7 @@ pub fn shared_constants() -> String {
         MATERIAL_TRANSMITS,
         MATERIAL_NORMAL_MAP,
         MATERIAL_THIN,
+        MATERIAL_TANGENT,
         TEXTURE_WRAP_U_SHIFT,
         TEXTURE_WRAP_V_SHIFT,
         TEXTURE_NEAREST,

@@ -200,6 +200,7 @@ impl World for Replay {
         let p = &self.prepared;
         let material = self.material(hit.primitive);
         let point = self.point(ray, hit);
+        let follows_tangent = material.flags & MATERIAL_TANGENT != 0;
         let (position, geometric_normal, normal, tangent) = match self.triangle(hit.primitive) {
             Some(t) => {
                 let v = [t.v0, t.v1, t.v2].map(vec);
@@ -214,7 +215,7 @@ impl World for Replay {
                 let is_smooth = face.flags & FACE_SMOOTH != 0 && !p.normals.is_empty();
                 let smooth = if is_smooth { mean(&|i| p.normals[i].normal) } else { DVec3::ZERO };
                 let normal = if smooth.length() > 1e-6 { smooth.normalize() } else { ng };
-                let has_tangent = face.flags & FACE_TANGENTS != 0 && !p.tangents.is_empty();
+                let has_tangent = follows_tangent && face.flags & FACE_TANGENTS != 0;
                 let tangent = has_tangent.then(|| {
                     let handedness = p.normals.get(corners[0]).map_or(1.0, |n| f64::from(n.handedness));
                     (mean(&|i| p.tangents[i].tangent), handedness)
@@ -228,7 +229,7 @@ impl World for Replay {
                 let [x, y, z, w] = sphere.rotation.map(f64::from);
                 let axis = glam::DQuat::from_xyzw(x, y, z, w).normalize().conjugate() * DVec3::Y;
                 // Towards growing u.
-                let tangent = (!p.tangents.is_empty()).then(|| (ng.cross(axis), 1.0));
+                let tangent = follows_tangent.then(|| (ng.cross(axis), 1.0));
                 (position, ng, ng, tangent)
             }
         };
