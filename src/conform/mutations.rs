@@ -84,7 +84,7 @@ const MUTATIONS: &[Mutation] = &[
     Mutation {
         name: "the factor 1/eta^2 of refraction is missing in samples",
         fault: text("bsdf/dielectric.glsl", "float weight = s.eta_scale * (", "float weight = ("),
-        caught_by: &[Image(scenes::materials)],
+        caught_by: &[ClosedForm(known::lamp_in_glass)],
     },
     Mutation {
         name: "the weight of light samples is that of the other technique",

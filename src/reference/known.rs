@@ -216,6 +216,22 @@ pub fn absorbing_slab() -> Known {
     }
 }
 
+/// A black lamp under glass, seen along the normal: radiance shrinks by 1/n^2 on leaving, L = (1 - r) Le/n^2.
+pub fn lamp_in_glass() -> Known {
+    let (emission, index) = (DVec3::new(3.0, 2.0, 1.0), 1.5f64);
+    let mut scene = narrow("lamp-in-glass", DVec3::new(0.1, 2.0, 0.2), DVec3::new(0.1, 0.0, 0.2));
+    let glass = material("dielectric", &[("eta", Value::scalar(index)), ("roughness", Value::scalar(0.0))]);
+    place(&mut scene, "surface", Shape::Rectangle, floor_at(DVec3::ZERO, 5.0), glass);
+    place(&mut scene, "lamp", Shape::Rectangle, floor_at(DVec3::NEG_Y, 5.0), lamp(emission));
+    let r = ((index - 1.0) / (index + 1.0)).powi(2);
+    Known {
+        name: "lamp in glass",
+        about: "radiance leaving glass is divided by n^2",
+        scene,
+        radiance: emission * (1.0 - r) / (index * index),
+    }
+}
+
 /// All of them.
 pub fn all() -> Vec<Known> {
     vec![
@@ -226,5 +242,6 @@ pub fn all() -> Vec<Known> {
         turned_sky(),
         mirror_ball(),
         absorbing_slab(),
+        lamp_in_glass(),
     ]
 }
