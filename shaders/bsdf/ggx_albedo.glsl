@@ -19,12 +19,13 @@ vec2 ggx_albedo_at(float mu, float alpha) {
     vec4 left = uintBitsToFloat(ggx_albedo_row(j * GGX_ALBEDO_X + i));
     vec4 right = uintBitsToFloat(ggx_albedo_row(j * GGX_ALBEDO_X + i + 1u));
     float width = float(2u * i + 1u);
-    float fx = (x - float(i * i)) / width;
-    float gx = (beyond - (cells * cells - float((i + 1u) * (i + 1u)))) / width;
+    // Rounding may put the place a few eps outside its cell, and the deficit below 0: then a density would turn negative.
+    float fx = clamp((x - float(i * i)) / width, 0.0, 1.0);
+    float gx = clamp((beyond - (cells * cells - float((i + 1u) * (i + 1u)))) / width, 0.0, 1.0);
     bool is_far = x > beyond;
     vec4 v = left * (is_far ? gx : 1.0 - fx) + right * (is_far ? 1.0 - gx : fx);
     vec2 at = mix(v.xy, v.zw, y - float(j));
-    return vec2(at.x, at.x + (1.0 - at.x) * one_minus_pow5(min(at.y * (mu + a), 1.0)));
+    return vec2(at.x, min(at.x + (1.0 - at.x) * one_minus_pow5(min(at.y * (mu + a), 1.0)), 1.0));
 }
 
 // Hemispherical averages of A and B (not 1 - B). The exponent of alpha is the octave and its mantissa the place there: no logarithm.
