@@ -68,7 +68,7 @@ float edge_function(float a, float b, float c, float d) {
     precise float p = a * b;
     precise float q = c * d;
     precise float e = p - q;
-#if TRIANGLE_EXACT_EDGES
+#if 1 //X
     precise float exact = product_error(a, b, p) - product_error(c, d, q);
     e = (e == 0.0) ? exact : e;
 #endif

@@ -4,11 +4,12 @@
 //! child words. Child word: 0 = empty; bit 31 set = leaf, bits 30..29 kind (0 triangles, 1 spheres), bits 28..26 count - 1,
 //! bits 25..0 first primitive in leaf order of that kind; else the index of an inner node (never 0, which is the root).
 //! An empty slot's box is inside out (+inf, -inf), which no ray enters. There is always a root, even of an empty scene.
-//! `shaders/bvh/traverse.glsl` walks it on the device, `traverse` in Rust; `validate` states what both rely on.
+//! `shaders/bvh/{closest,any}.glsl` walks it on the device, `traverse` in Rust; `validate` states what both rely on.
 
 pub mod brute;
 mod build;
 mod sah;
+pub mod tracer;
 pub mod traverse;
 pub mod validate;
 mod wide;

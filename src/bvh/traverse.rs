@@ -2,7 +2,7 @@
 //! second opinion on each hit.
 //!
 //! Watertight triangles after Woop, Benthin, Wald 2013, boxes after Ize 2013, spheres after Haines et al. 2019; the pages of
-//! shaders/bvh/{triangle,traverse,sphere}.glsl give the details. Test: gate 5 (src/conform/traversal.rs), which compares both
+//! shaders/bvh/{triangle,node,sphere}.glsl give the details. Test: gate 5 (src/conform/traversal.rs), which compares both
 //! with `brute`.
 
 use super::{Bvh, KIND_SPHERE, KIND_TRIANGLE, LEAF_BIT, leaf_range};
