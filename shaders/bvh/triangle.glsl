@@ -68,11 +68,8 @@ float edge_function(float a, float b, float c, float d) {
     precise float p = a * b;
     precise float q = c * d;
     precise float e = p - q;
-#if 1 //X
     precise float exact = product_error(a, b, p) - product_error(c, d, q);
-    e = (e == 0.0) ? exact : e;
-#endif
-    return e;
+    return (e == 0.0) ? exact : e;
 }
 
 // Points on an edge belong to the triangle; one seen edge-on is missed, which its neighbours in a closed mesh make up for.

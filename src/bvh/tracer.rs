@@ -65,9 +65,7 @@ impl Question {
         match self {
             Question::Closest => "    Hit h = trace_closest(ray);\n",
             Question::ClosestFrom => "    Hit h = trace_closest_from(ray, r.t_after, r.primitive);\n",
-            Question::Any => {
-                "    Hit h = Hit(0.0, 0.0, 0.0, trace_any(ray, r.primitive) ? 1u : 0u, NO_HIT, NO_HIT);\n"
-            }
+            Question::Any => "    Hit h = Hit(0.0, 0.0, 0.0, trace_any(ray, r.primitive) ? 1u : 0u, NO_HIT, NO_HIT);\n",
             Question::Spawn => {
                 "    Hit h = trace_closest(ray);\n    vec3 p = vec3(0.0), ng = vec3(0.0), error = vec3(0.0);\n\
                  #if HAS_TRIANGLES\n    if (h.kind == 0u) {\n        \

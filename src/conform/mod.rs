@@ -14,6 +14,7 @@ pub mod probe;
 pub mod replay;
 pub mod report;
 pub mod subject;
+pub mod traversal;
 
 mod builtin;
 mod light;
@@ -46,12 +47,16 @@ pub fn probes() -> Vec<Probe> {
     .collect()
 }
 
-/// Gates 2, 3 and 4 on a device. A row runs when its name, or "gate N", contains `filter`; an empty filter is all.
+/// Gates 2 to 5 on a device. A row runs when its name, or "gate N", contains `filter`; an empty filter is all.
 pub fn run(device: &Device, filter: &str) -> Report {
     let mut report = Report::new(&device.info().name, &device.info().driver);
     let probes = probes();
     report.rows.extend(probe::run_all(device, &probes, filter, PROBE_INPUTS));
+<<<<<<< HEAD
     report.rows.extend(light::rows(device, filter, PROBE_INPUTS));
+=======
+    report.rows.extend(traversal::run(device, filter));
+>>>>>>> bbc19b4 (conform: gate 5, traversal against f64 brute force, aimed rays, spawned rays)
     report.rows.extend(coverage::rows(&probes).into_iter().filter(|row| row.is_wanted(filter)));
     report
 }
