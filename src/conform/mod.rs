@@ -52,11 +52,8 @@ pub fn run(device: &Device, filter: &str) -> Report {
     let mut report = Report::new(&device.info().name, &device.info().driver);
     let probes = probes();
     report.rows.extend(probe::run_all(device, &probes, filter, PROBE_INPUTS));
-<<<<<<< HEAD
     report.rows.extend(light::rows(device, filter, PROBE_INPUTS));
-=======
     report.rows.extend(traversal::run(device, filter));
->>>>>>> bbc19b4 (conform: gate 5, traversal against f64 brute force, aimed rays, spawned rays)
     report.rows.extend(coverage::rows(&probes).into_iter().filter(|row| row.is_wanted(filter)));
     report
 }
