@@ -3,17 +3,19 @@
 // Reflectance in x, cosine on the other side in y (0 under total reflection), transmittance 1 - x in z. cos_o in [0,1]; eta: index there / index here.
 // eta^2 cos_t^2 = (eta-1)(eta+1) + cos_o^2 and eta^2 cos_t^2 - cos_o^2 = eta^2 - 1 replace the subtractions of Born and Wolf
 // 1.5.2 (20): near eta = 1 and at grazing every digit stays; near the critical angle the error is that of one ulp of cos_o.
+// For eta^2 < 1/2 the same number is eta^2 - sin_o^2, whose terms are the smaller ones (found at eta = 0.1, cos_o = 0.9995).
 vec3 fresnel_dielectric(float cos_o, float eta) {
     float e = (eta - 1.0) * (eta + 1.0);
-    float t2 = e + cos_o * cos_o;
+    float sin2 = (1.0 - cos_o) * (1.0 + cos_o);
+    float eta2 = eta * eta;
+    float t2 = eta2 < 0.5 ? eta2 - sin2 : e + cos_o * cos_o;
     float eta_cos_t = safe_sqrt(t2);
     float cos_t = eta_cos_t / eta;
-    float eta2 = eta * eta;
     float a = cos_o + eta_cos_t;
     float b = eta * cos_o + cos_t;
     // A ratio is 1 where its denominator vanishes: grazing incidence.
     float r_perpendicular = a > 0.0 ? e / (a * a) : 1.0;
-    float r_parallel = b > 0.0 ? e * ((eta2 + 1.0) * cos_o * cos_o - 1.0) / (eta2 * b * b) : 1.0;
+    float r_parallel = b > 0.0 ? e * (eta2 * cos_o * cos_o - sin2) / (eta2 * b * b) : 1.0;
     float f = min(0.5 * (r_perpendicular * r_perpendicular + r_parallel * r_parallel), 1.0);
     // 1 - r^2 of both, as products.
     float t_perpendicular = a > 0.0 ? eta_cos_t / (a * a) : 0.0;

@@ -11,11 +11,20 @@ fn device() -> Device {
     Device::open(&Choice::Auto, &options).expect("a Vulkan device and the validation layer: ./x setup installs both")
 }
 
+/// Rows that are known to fail on lavapipe, and why. One that passes fails the test: then its line goes.
+const KNOWN: &[(&str, &str)] = &[];
+
 fn check(device: &Device, rows: Vec<GateRow>) {
     let mut report = Report::new(&device.info().name, &device.info().driver);
     report.rows = rows;
     for row in report.rows.iter().filter(|r| r.verdict == Verdict::Skip) {
         println!("skipped: gate {} {}: {}", row.gate.number(), row.name, row.evidence);
+    }
+    for (name, why) in KNOWN {
+        let Some(row) = report.rows.iter_mut().find(|r| r.name == *name) else { continue };
+        assert!(row.verdict == Verdict::Fail, "{name} passes although it is known to fail ({why}): take it off the list");
+        println!("skipped: known failure of gate {} {name}: {why}; {}", row.gate.number(), row.evidence);
+        row.verdict = Verdict::Skip;
     }
     assert!(report.is_passed(), "{}", report.text());
     let messages = device.messages();
