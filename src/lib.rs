@@ -4,6 +4,7 @@
 
 pub mod bsdf;
 pub mod bvh;
+pub mod camera;
 pub mod conform;
 pub mod error;
 pub mod film;

@@ -1,5 +1,5 @@
 // The lecture's reflection equation: emission seen directly plus one bounce, without roulette. See src/integrator/direct.rs.
-// Returns true after the first edge only.
+// MAX_DEPTH is 2 at most, so that it returns true after the first edge only.
 bool integrator_step(inout PathState s, inout Tally tally) {
     Hit hit = trace_path(s.ray, s.hash, s.edge);
     tally.rays += 1u;
@@ -15,15 +15,17 @@ bool integrator_step(inout PathState s, inout Tally tally) {
 #if HAS_EMISSION
         add_emission(s, surface, material, hit.t);
 #endif
-        if (s.edge < 2u) {
-            Shading shading = shading_load(s, surface, material, tally);
+        Shading shading = shading_load(s, surface, material, tally);
 #if AOVS
-            tally_surface(tally, s, surface, shading, hit.t);
+        tally_surface(tally, s, surface, shading, hit.t);
 #endif
+        if (s.edge < MAX_DEPTH) {
 #if NEXT_EVENT
             tally.rays += add_next_event(s, surface, material, shading);
 #endif
             goes_on = scatter(s, surface, material, shading, tally);
+        } else {
+            tally_depth(tally, s, shading);
         }
     }
 #if HAS_SKY

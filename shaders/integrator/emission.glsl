@@ -94,7 +94,9 @@ float emission_weight(PathState s, float light_density) {
 void add_sky(inout PathState s) {
     float density = 0.0;
 #if LIGHT_SKIES
-    density = sky_pdf(s.ray.d) * LightRecord_load_lights(SkyRecord_load_sky(0u).light).pmf;
+    // Everything-on has a sky's text in scenes without one: its row is no light's.
+    uint light = SkyRecord_load_sky(0u).light;
+    density = light != NONE ? sky_pdf(s.ray.d) * LightRecord_load_lights(light).pmf : 0.0;
 #endif
     s.radiance += s.throughput * sky_radiance(s.ray.d) * emission_weight(s, density);
 }

@@ -64,8 +64,9 @@ uint add_next_event(inout PathState s, Surface surface, MaterialRecord material,
     LightSample light = light_sample(s, s.from, shading.frame.n);
     vec3 wi = to_local(shading.frame, light.wi);
     Spectrum f = bsdf_eval(shading.lobes, shading.wo, wi);
-    bool is_candidate = light.pdf > 0.0 && max_component(f * light.radiance) > 0.0 && sides_agree(shading, wi, light.wi)
-        && !bsdf_is_delta(shading.lobes);
+    // A NaN counts as light, here and in `scatter`: the sample is then counted as bad, and does not just lose a part.
+    bool is_lit = max_component(f * light.radiance) > 0.0 || is_nan_bits(dot(f, light.radiance));
+    bool is_candidate = light.pdf > 0.0 && is_lit && sides_agree(shading, wi, light.wi) && !bsdf_is_delta(shading.lobes);
     float weight = 1.0 / light.pdf;
 #if ESTIMATOR_MIS
     weight *= mis_weight(light.pdf, bsdf_pdf(shading.lobes, shading.wo, wi));
@@ -93,7 +94,7 @@ bool scatter(inout PathState s, Surface surface, MaterialRecord material, Shadin
     vec2 u = vec2(u01(path_word(s, BSDF_U)), u01(path_word(s, BSDF_V)));
     BsdfSample b = bsdf_sample(shading.lobes, shading.wo, path_word(s, BSDF_LOBE), u);
     vec3 wi = to_world(shading.frame, b.wi);
-    bool is_sampled = b.pdf > 0.0 && max_component(b.weight) > 0.0;
+    bool is_sampled = (b.pdf > 0.0 && max_component(b.weight) > 0.0) || is_nan_bits(b.pdf + dot(b.weight, vec3(1.0)));
     bool agrees = sides_agree(shading, b.wi, wi);
     tally.disagree += is_sampled && !agrees ? 1u : 0u;
     s.throughput *= b.weight;

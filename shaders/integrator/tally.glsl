@@ -40,7 +40,7 @@ void tally_depth(inout Tally t, PathState s, Shading shading) {
 Spectrum tally_sample(inout Tally t, Spectrum radiance, uint sample_index) {
     bool has_nan = is_nan_bits(radiance.x) || is_nan_bits(radiance.y) || is_nan_bits(radiance.z);
     bool has_inf = is_inf_bits(radiance.x) || is_inf_bits(radiance.y) || is_inf_bits(radiance.z);
-    bool is_negative = !has_nan && (radiance.x < 0.0 || radiance.y < 0.0 || radiance.z < 0.0);
+    bool is_negative = !(has_nan || has_inf) && (radiance.x < 0.0 || radiance.y < 0.0 || radiance.z < 0.0);
     t.nan += has_nan ? 1u : 0u;
     t.infinite += has_inf && !has_nan ? 1u : 0u;
     t.negative += is_negative ? 1u : 0u;

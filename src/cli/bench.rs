@@ -29,7 +29,7 @@ pub struct Args {
 /// Image side of the generated scenes, pixels.
 const SIZE: u32 = 128;
 
-/// Scene a of docs/peers.md.
+/// The Cornell box that other renderers were timed on.
 const PEER_A: &str = include_str!("../../scenes/peer_a.toml");
 
 pub fn run(args: &Args) -> anyhow::Result<Exit> {

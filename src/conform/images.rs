@@ -176,7 +176,7 @@ pub fn closed_form(subject: &Subject, known: &Known, estimator: Estimator, spp: 
 
 /// Gate 8: the specialised kernel and everything-on, pixel by pixel on the same numbers.
 pub fn specialised(subject: &Subject, scene: &Scene, spp: u32) -> Result<GateRow, Error> {
-    /// Largest share of samples that part (DESIGN.md 3: different texts round differently); a pixel parts with any of its own.
+    /// Largest share of samples that part (different texts round differently); a pixel parts with any of its own.
     const PARTED_SHARE: f64 = 0.01;
     let settings = Settings::default();
     let a = subject.film(scene, &settings, blocks(spp))?;

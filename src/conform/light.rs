@@ -1,7 +1,7 @@
 //! Rows of shaders/light: choosing, triangles, spheres, the sky, against src/light in f64; and their densities by chi-square.
 //!
-//! Sizes and distances sweep from 1e-12 sr to a hemisphere and beyond, points on the light's plane and edge-on included
-//! (FIELD.md N13 to N16). Where a result is ill-conditioned its bound says by how much, from the formula or by moving the input.
+//! Sizes and distances sweep from 1e-12 sr to a hemisphere and beyond, points on the light's plane and edge-on included.
+//! Where a result is ill-conditioned its bound says by how much, from the formula or by moving the input.
 
 mod chi_square;
 mod choose;

@@ -28,7 +28,7 @@ pub use report::{Gate, GateRow, Report, Verdict};
 
 use crate::gpu::Device;
 
-/// Inputs of a probe row: at least a million, DESIGN 4.3.
+/// Inputs of a probe row: at least a million.
 pub const PROBE_INPUTS: usize = 1 << 20;
 
 /// Every probe row of gates 2 and 3.

@@ -8,7 +8,7 @@ use crate::prepare::records::NONE;
 /// Replay keys kept; the counts go on.
 const MAX_KEYS: usize = 16;
 
-/// A sample that was replaced by 0.
+/// A sample that was NaN, infinite or negative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BadSample {
     pub x: u32,
@@ -19,7 +19,7 @@ pub struct BadSample {
 /// Totals over all samples of a film.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
-    /// Samples that were NaN, infinite, negative: counted and replaced by 0.
+    /// Samples that were NaN or infinite: counted and replaced by 0. Negative ones: counted and kept.
     pub nan: u64,
     pub inf: u64,
     pub negative: u64,

@@ -45,7 +45,9 @@ pub fn select(choice: &Choice, options: &Options) -> Result<Selected, GpuError> 
         (Choice::Cpu, _) => Ok(Selected::Cpu { reason: None }),
         (_, Ok(device)) => Ok(Selected::Vulkan(device)),
         (Choice::Auto, Err(e @ (GpuError::NoLoader | GpuError::NoDevice))) => {
-            Ok(Selected::Cpu { reason: Some(e.to_string()) })
+            let what = e.to_string();
+            let what = what.trim_end_matches(", or use --device cpu");
+            Ok(Selected::Cpu { reason: Some(format!("{what}; until then the CPU reference renders")) })
         }
         (_, Err(e)) => Err(e),
     }

@@ -1,6 +1,6 @@
 //! The sky read from its records, in f64: bilinear lat-long lookup and the sampling of its cells.
 //!
-//! Convention (DESIGN.md 2): u = 0.5 + atan2(x, -z)/(2 pi), v = acos(y)/pi, texel centres at (i + 0.5)/W and (j + 0.5)/H, wrapping
+//! Convention: u = 0.5 + atan2(x, -z)/(2 pi), v = acos(y)/pi, texel centres at (i + 0.5)/W and (j + 0.5)/H, wrapping
 //! in u and clamped in v; turned about +y by `SkyRecord::rotation`. A cell is a texel's own area; inside it a direction is
 //! uniform in u and in cos(theta), so that the density is the cell's probability over its solid angle, also at the poles.
 //! With s = sin^2(theta/2) = (1 - cos(theta))/2 near the upper pole, and the mirror image below, no step cancels.

@@ -2,7 +2,7 @@
 //!
 //! With s = r/d, everything is written in h = 1 - cos(theta_max) = s^2 / (1 + sqrt(1 - s^2)), which keeps its digits for a far
 //! sphere (Shirley, Wang and Zimmerman 1996 for the cone; the rearrangement is this project's). The near hit is the product
-//! of the roots over the far one, so that a point next to the surface gets a true distance (FIELD.md N14).
+//! of the roots over the far one, so that a point next to the surface gets a true distance.
 //! From outside every point of the sphere that is seen shows its front; from inside its back: `is_outside`.
 
 use std::f64::consts::{FRAC_1_PI, PI, TAU};

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-/// Below, the vertices' directions differ in too few bits (FIELD.md N13; the same limit as pbrt's).
+/// Below, the vertices' directions differ in too few bits (the same limit as pbrt's).
 pub const SOLID_ANGLE_MIN: f64 = 3e-4;
 /// Above, the triangle is nearly a hemisphere and its sum of angles cancels.
 pub const SOLID_ANGLE_MAX: f64 = 6.22;

@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The epsilon of relMSE, (W/(m^2 sr))^2: DESIGN.md 2, that of most papers since Rousselle et al. 2011.
+/// The epsilon of relMSE, (W/(m^2 sr))^2: that of most papers since Rousselle et al. 2011.
 pub const EPSILON: f64 = 0.01;
 /// The exposure-independent epsilon is (this times the reference's mean)^2.
 pub const EPSILON_OF_MEAN: f64 = 0.1;

@@ -1,4 +1,4 @@
-//! The record of a run: what was rendered, how long it took, how good it is, what was lost. JSON field names are DESIGN.md 6's.
+//! The record of a run: what was rendered, how long it took, how good it is, what was lost. JSON field names are the field's.
 
 use std::path::Path;
 

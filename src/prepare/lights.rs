@@ -1,8 +1,9 @@
 //! The light tables: every emissive triangle and sphere and the sky, chosen in proportion to power, and the cells of the sky.
 //!
 //! Power: pi A L for a triangle, 4 pi^2 r^2 L for a sphere, twice that where both sides emit; pi R^2 times the integral of L for
-//! a sky, R the radius of the scene's bounding sphere, but not more than all others together. L is the mean luminance of the radiance. What emits nothing gets no row;
-//! what emits keeps a positive probability, however small its power. Tests: lights_tests.rs.
+//! a sky, R the radius of the scene's bounding sphere, but not more than all others together. L is the mean luminance of the
+//! radiance. What emits nothing gets no row; what emits keeps a positive probability, however small its power.
+//! Tests: lights_tests.rs.
 
 use std::f64::consts::PI;
 
@@ -32,7 +33,7 @@ pub struct EmissiveSphere {
     pub center: [f32; 3],
     pub radius: f32,
     pub material: u32,
-    /// Number of the sphere: `SphereRecord::primitive` less the face count.
+    /// Row of `Prepared::spheres`, which is leaf order.
     pub sphere: u32,
     pub mean_radiance: DVec3,
     pub two_sided: bool,

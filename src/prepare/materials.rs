@@ -9,7 +9,7 @@ use super::geometry::Wanted;
 use super::pattern::{Context, Node, Patterns, Role, Structure};
 use super::records::*;
 use crate::bsdf;
-use crate::scene::{Alpha, Image, Material, Pixels, Scene, Texture, Value};
+use crate::scene::{Alpha, Image, Material, Mesh, Pixels, Scene, Texture, Value};
 use crate::{math, texture};
 
 /// What `prepare` needs of the materials.
@@ -40,8 +40,10 @@ pub fn resolve(scene: &Scene) -> Resolved {
     }
     r.data = patterns.rows;
     r.structures = patterns.structures;
-    r.wanted.normals = scene.meshes.iter().any(|m| m.normals.is_some());
     r.wanted.tangents = scene.materials.iter().any(follows_tangent);
+    // A tangent's handedness is kept in the row of the normal, on flat meshes too.
+    let needs_normals = |m: &Mesh| m.normals.is_some() || (r.wanted.tangents && m.tangents.is_some());
+    r.wanted.normals = scene.meshes.iter().any(needs_normals);
     for structure in &r.structures {
         structure.visit(&mut |node| match node {
             Node::Image { .. } | Node::Checker { .. } => r.wanted.uvs = true,
@@ -102,7 +104,8 @@ fn resolve_material(m: &Material, patterns: &mut Patterns, context: &Context, r:
     if transmits(m) {
         record.flags |= MATERIAL_TRANSMITS | if is_thin(m) { MATERIAL_THIN } else { 0 };
     }
-    if let Some(medium) = m.interior.filter(|i| i.absorption != DVec3::ZERO) {
+    let has_inside = transmits(m) && !is_thin(m);
+    if let Some(medium) = m.interior.filter(|i| has_inside && i.absorption != DVec3::ZERO) {
         record.interior = r.media.len() as u32;
         r.media.push(MediumRecord { absorption: medium.absorption.as_vec3().to_array(), reserved: 0.0 });
     }
@@ -175,7 +178,7 @@ fn pack_textures(scene: &Scene, r: &mut Resolved) -> Vec<Option<u32>> {
         .collect()
 }
 
-/// Mean of a value over its textures, linear; products are bounded by the product of means or, if that is 0, by a small positive.
+/// Mean of a value over its textures, linear; of a product the product of the means. Only the choice of lights depends on it.
 fn mean(value: &Value, scene: &Scene) -> DVec3 {
     match value {
         Value::Constant(c) => DVec3::new(c[0], c[1], c[2]),
@@ -218,7 +221,8 @@ pub fn camera_medium(p: &Prepared) -> u32 {
     let mut nearest = (f64::INFINITY, NONE);
     let mut meet = |t: f64, is_back: bool, material: u32| {
         let interior = p.materials[material as usize].interior;
-        let is_boundary = p.materials[material as usize].flags & MATERIAL_TRANSMITS != 0;
+        let flags = p.materials[material as usize].flags;
+        let is_boundary = flags & MATERIAL_TRANSMITS != 0 && flags & MATERIAL_THIN == 0;
         if is_boundary && t > 0.0 && t < nearest.0 {
             nearest = (t, if is_back { interior } else { NONE });
         }

@@ -9,9 +9,10 @@ pub mod materials;
 pub mod pattern;
 pub mod records;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use crate::bvh::{self, Bvh};
+use crate::camera::perspective;
 use crate::integrator::{Estimator, Settings};
 use crate::scene::Scene;
 use pattern::Structure;
@@ -53,7 +54,7 @@ pub struct Prepared {
     pub spheres: Vec<SphereRecord>,
     /// By face number (`TriangleRecord::face`).
     pub faces: Vec<FaceRecord>,
-    /// By vertex number. Empty when no face has smooth normals.
+    /// By vertex number. Empty when no face has smooth normals or tangents.
     pub normals: Vec<NormalRecord>,
     /// By vertex number. Empty when no normal map or anisotropy needs them.
     pub tangents: Vec<TangentRecord>,
@@ -135,44 +136,19 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
             report.out_of_range
         ));
     }
-    if p.faces.is_empty() || p.triangles.iter().all(|t| p.faces[t.face as usize].flags & FACE_SMOOTH == 0) {
+    let any_face = |bit: u32| p.triangles.iter().any(|t| p.faces[t.face as usize].flags & bit != 0);
+    let (is_smooth, has_face_tangents) = (any_face(FACE_SMOOTH), any_face(FACE_TANGENTS));
+    // The handedness of a tangent stands beside the normal.
+    if !is_smooth && !has_face_tangents {
         p.normals.clear();
     }
-    if p.triangles.iter().all(|t| p.faces[t.face as usize].flags & FACE_TANGENTS == 0) {
+    if !has_face_tangents {
         p.tangents.clear();
     }
-    p.camera = camera(scene)?;
+    p.camera = perspective::record(&scene.camera, &scene.film).map_err(|what| Error::Camera { what })?;
     p.camera.medium = materials::camera_medium(&p);
     attach_lights(&mut p, scene, &resolved.emission, settings.estimator == Estimator::Mis)?;
     Ok(p)
-}
-
-/// The camera's record: it stands at the origin, so only its axes remain.
-fn camera(scene: &Scene) -> Result<CameraRecord, Error> {
-    let c = &scene.camera;
-    if !c.to_world.is_finite() {
-        return Err(Error::Camera { what: "transform is not finite" });
-    }
-    if !(c.fov_y_rad > 0.0 && c.fov_y_rad < std::f64::consts::PI) {
-        return Err(Error::Camera { what: "field of view is out of range" });
-    }
-    let axes = c.to_world.matrix3;
-    let (forward, up) = ((-axes.z_axis).normalize_or_zero(), axes.y_axis.normalize_or_zero());
-    let right = forward.cross(up).normalize_or_zero();
-    if forward == DVec3::ZERO || right == DVec3::ZERO {
-        return Err(Error::Camera { what: "axes are degenerate" });
-    }
-    let up = right.cross(forward);
-    let size = DVec2::new(scene.film.width.into(), scene.film.height.into());
-    let half_height = (c.fov_y_rad * 0.5).tan();
-    Ok(CameraRecord {
-        forward: forward.as_vec3().to_array(),
-        inv_width: (2.0 / size.x) as f32,
-        right: (right * half_height * size.x / size.y).as_vec3().to_array(),
-        inv_height: (2.0 / size.y) as f32,
-        up: (up * half_height).as_vec3().to_array(),
-        medium: NONE,
-    })
 }
 
 /// Builds the light tables and tells each emissive primitive its row. Surfaces with alpha are left to the paths that run into them.
@@ -247,5 +223,66 @@ impl Prepared {
             add(s.center, s.radius);
         }
         if low.x <= high.x { 0.5 * (high - low).length() } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepare::features::Features;
+    use crate::scene::format::toml;
+
+    fn prepared(text: &str) -> Prepared {
+        let scene = toml::parse(text, std::path::Path::new("test.toml")).unwrap();
+        prepare(&scene, &Settings::default()).unwrap()
+    }
+
+    #[test]
+    fn flat_shapes_and_lone_balls_have_tangents_where_a_material_reads_them() {
+        let mapped = "normal_map = { texture = \"t\" }";
+        let brushed = "type = \"conductor\"\nroughness = 0.3\nroughness_y = 0.1";
+        for (shape, material, is_wanted) in [
+            ("sphere", mapped, true),
+            ("sphere", brushed, true),
+            ("sphere", "", false),
+            ("rectangle", mapped, true),
+            ("rectangle", "", false),
+        ] {
+            let p = prepared(&format!(
+                "[[texture]]\nname = \"t\"\ntype = \"constant\"\ncolor = [0.5, 0.6, 1]\n[[material]]\nname = \"m\"\n{material}\n\
+                 [[shape]]\ntype = \"{shape}\"\nmaterial = \"m\"\n[camera]\nposition = [0, 0, 5]\n"
+            ));
+            let has_tangents = Features::of(&p, &Settings::default()).tangents;
+            assert_eq!(has_tangents, is_wanted, "{shape} {material}");
+            // The kernel reads a tangent's handedness beside the normal.
+            assert_eq!(p.normals.len(), p.tangents.len(), "{shape} {material}");
+        }
+    }
+
+    #[test]
+    fn a_camera_behind_a_pane_inside_glass_is_in_the_glass() {
+        let p = prepared(
+            r#"
+            camera = { position = [0, 0, 5] }
+            [[material]]
+            name = "glass"
+            type = "dielectric"
+            absorption = [1, 2, 3]
+            [[material]]
+            name = "pane"
+            type = "thin_dielectric"
+            absorption = 7
+            [[shape]]
+            type = "sphere"
+            radius = 9
+            material = "glass"
+            [[shape]]
+            type = "sphere"
+            center = [0, 0, 5]
+            radius = 0.5
+            material = "pane"
+            "#,
+        );
+        assert_eq!((p.media.len(), p.media[0].absorption, p.camera.medium), (1, [1.0, 2.0, 3.0], 0));
     }
 }

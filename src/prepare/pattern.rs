@@ -96,8 +96,10 @@ impl Compiler<'_> {
     fn node(&mut self, value: &Value) -> Node {
         match value {
             Value::Constant(c) => self.constant(c),
-            // `prepare::spectra` has replaced curves by RGB before.
-            Value::Curve(_) => self.constant(&[0.0; 4]),
+            // `materials::resolve_curves` has replaced the curves of metals; elsewhere a curve shows its mean.
+            Value::Curve(curve) => {
+                self.constant(&[curve.value.iter().sum::<f64>() / curve.value.len().max(1) as f64; 4])
+            }
             Value::VertexColor => Node::VertexColor,
             Value::Multiply(a, b) => Node::Multiply(Box::new(self.node(a)), Box::new(self.node(b))),
             Value::Channel(a, c) => Node::Channel(Box::new(self.node(a)), *c),

@@ -155,7 +155,7 @@ gpu_record! {
         material: u32,
         /// Triangle: vertex 2.
         c: [f32; 3],
-        /// Face number, or sphere number in `spheres`.
+        /// Face number, or row of `spheres`.
         shape: u32,
         /// Probability of being chosen, exactly that of the integer alias table.
         pmf: f32,

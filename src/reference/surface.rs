@@ -2,7 +2,7 @@
 //!
 //! The geometric normal follows the winding (front is counter-clockwise). An interpolated normal is turned to its side; a
 //! normal map tilts it in the vertex's tangent frame; a surface that does not transmit is turned towards the viewer. Where
-//! the viewer is on different sides of the two normals, the geometric one shades (DESIGN.md 10, "Shading normals").
+//! the viewer is on different sides of the two normals, the geometric one shades.
 
 use glam::DVec3;
 

@@ -40,7 +40,7 @@ pub struct Camera {
     pub to_world: DAffine3,
     /// Vertical field of view, radians, in (0, pi).
     pub fov_y_rad: f64,
-    /// False until a file or flag places it: then `prepare` frames the bounds.
+    /// False until a file or flag places it: then `frame_camera` frames the bounds.
     pub is_placed: bool,
 }
 

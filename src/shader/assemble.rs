@@ -3,9 +3,10 @@
 //! Structure is text, numbers of the render are specialisation constants, numbers of a dispatch are push constants.
 
 use crate::bsdf;
+use crate::camera;
 use crate::film::slot;
 use crate::gpu::{DeviceInfo, GpuError, TableBody};
-use crate::integrator::{IntegratorKind, SamplerKind, Settings};
+use crate::integrator::{SamplerKind, Settings};
 use crate::prepare::Prepared;
 use crate::prepare::features::Features;
 use crate::shader::compile::Source;
@@ -89,7 +90,7 @@ pub fn includes(f: &Features) -> Vec<String> {
     for &b in &f.bsdfs {
         add(true, &format!("bsdf/{}", bsdf::MODELS[b].keyword));
     }
-    add(true, "camera/perspective");
+    add(true, &format!("camera/{}", camera::KEYWORD));
     list
 }
 
@@ -105,10 +106,7 @@ pub fn assemble(
     for entry in f.tables() {
         tables.push((entry.name, TableBody::choose(device, entry.name, rows_of(entry.name))?));
     }
-    let integrator = match settings.integrator {
-        IntegratorKind::Path => "integrator/path",
-        IntegratorKind::Direct => "integrator/direct",
-    };
+    let integrator = format!("integrator/{}", settings.integrator.description().keyword);
     let mut source = Source::new("render");
     for (name, is_on) in f.defines() {
         source = source.define(name, is_on);
@@ -122,11 +120,11 @@ pub fn assemble(
     for stem in ["surface", "state", "visibility", "emission", "scatter", "tally"] {
         source = file(source, &format!("integrator/{stem}"));
     }
-    for stem in [integrator, "film/slot", "kernel/render"] {
+    for stem in [&*integrator, "film/slot", "kernel/render"] {
         source = file(source, stem);
     }
-    let values =
-        [prepared.width, settings.max_depth, settings.roulette_edge, settings.seed, prepared.lights.len() as u32];
+    let (edges, roulette_edge) = (settings.edges(), settings.first_roulette_edge());
+    let values = [prepared.width, edges, roulette_edge, settings.seed, prepared.lights.len() as u32];
     Ok(Program { source, tables, constants: (0..).zip(values).collect() })
 }
 

@@ -15,6 +15,7 @@ use super::path::{LightSample, Random, Sample, VertexTrace, World, trace};
 use super::surface::Surface;
 use super::tree::{Hit, Ray, Shape, Tree};
 use crate::bsdf::{InputKind, MODELS, Params};
+use crate::camera::perspective;
 use crate::integrator::{Estimator, SamplerKind, Settings};
 use crate::light::{alias, sky::SkyView, sphere, triangle};
 use crate::prepare::Prepared;
@@ -170,10 +171,7 @@ impl World for Replay {
     }
 
     fn camera_ray(&self, film: DVec2) -> (DVec3, DVec3) {
-        let c = &self.prepared.camera;
-        let x = film.x * f64::from(c.inv_width) - 1.0;
-        let y = 1.0 - film.y * f64::from(c.inv_height);
-        (DVec3::ZERO, (vec(c.forward) + x * vec(c.right) + y * vec(c.up)).normalize())
+        (DVec3::ZERO, perspective::direction(&self.prepared.camera, film))
     }
 
     fn camera_medium(&self) -> u32 {

@@ -78,6 +78,9 @@ pub fn read_sky(path: &Path, notes: &mut Vec<String>) -> Result<Image, Error> {
     let (width, height, mut rgb) = if is_exr {
         decode_exr(&bytes).map_err(fail)?
     } else {
+        if !bytes.is_empty() && image::guess_format(&bytes).is_err() {
+            return Err(fail(format!("sky {name} is no HDR or EXR file; convert it to .hdr or .exr")));
+        }
         let image = decode(&bytes, &name, notes).map_err(fail)?;
         let rgb = match image.pixels {
             Pixels::RgbF32(rgb) => Arc::try_unwrap(rgb).unwrap_or_else(|shared| shared.to_vec()),
