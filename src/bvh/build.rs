@@ -31,6 +31,16 @@ pub(super) struct Node2 {
 /// Builds the tree over all usable primitives. `triangles[i]` are the corners of triangle i, `spheres[i]` centre and radius.
 /// The caller reorders its records by `triangle_order` and `sphere_order`. Errors: more than 2^26 primitives.
 pub fn build(triangles: &[[[f32; 3]; 3]], spheres: &[([f32; 3], f32)]) -> Result<(Bvh, BuildReport), Error> {
+    let (bvh, report) = build_unchecked(triangles, spheres)?;
+    #[cfg(debug_assertions)]
+    if let Err(broken) = super::validate::validate(&bvh, triangles, spheres, &report) {
+        panic!("the tree just built is not valid: {broken}");
+    }
+    Ok((bvh, report))
+}
+
+/// `build` without the validation that debug assertions add: what the bench times.
+pub fn build_unchecked(triangles: &[[[f32; 3]; 3]], spheres: &[([f32; 3], f32)]) -> Result<(Bvh, BuildReport), Error> {
     let count = triangles.len() + spheres.len();
     if count > MAX_PRIMITIVES {
         return Err(Error::TooManyPrimitives { count });
@@ -46,12 +56,7 @@ pub fn build(triangles: &[[[f32; 3]; 3]], spheres: &[([f32; 3], f32)]) -> Result
         .map(|r| (if r.id() & SPHERE_ID != 0 { KIND_SPHERE } else { KIND_TRIANGLE }, r.id() & !SPHERE_ID))
         .collect();
     drop(refs);
-    let bvh = wide::collapse(&nodes, &leaf_order);
-    #[cfg(debug_assertions)]
-    if let Err(broken) = super::validate::validate(&bvh, triangles, spheres, &report) {
-        panic!("the tree just built is not valid: {broken}");
-    }
-    Ok((bvh, report))
+    Ok((wide::collapse(&nodes, &leaf_order), report))
 }
 
 /// Levels on which SAH may cut; deeper, the median does.

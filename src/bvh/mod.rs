@@ -14,7 +14,7 @@ pub mod traverse;
 pub mod validate;
 mod wide;
 
-pub use build::build;
+pub use build::{build, build_unchecked};
 
 pub const CHILD_EMPTY: u32 = 0;
 pub const LEAF_BIT: u32 = 1 << 31;

@@ -5,7 +5,7 @@ use std::path::Path;
 use steradian::gpu::{self, Choice, Selected};
 use steradian::integrator::Settings;
 use steradian::reference::scenes;
-use steradian::report::{samples, specialise};
+use steradian::report::{bench_rays, samples, specialise};
 use steradian::scene::format::toml;
 
 use super::{Exit, say};
@@ -15,7 +15,7 @@ pub struct Args {
     /// auto, an index of `steradian devices`, or part of a name
     #[arg(long, value_name = "D", default_value = "auto")]
     device: String,
-    /// Only benches whose name contains this: samples, specialise
+    /// Only benches whose name contains this: build, rays, samples, specialise
     #[arg(long, value_name = "S", default_value = "")]
     filter: String,
     /// Alternating rounds of each measurement
@@ -38,6 +38,14 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     };
     let rounds = args.rounds as usize;
     let is_wanted = |name: &str| name.contains(&args.filter);
+    if is_wanted("build") {
+        println!("{}", serde_json::to_string(&bench_rays::build())?);
+    }
+    if is_wanted("rays") {
+        for row in bench_rays::rays(&device)? {
+            println!("{}", serde_json::to_string(&row)?);
+        }
+    }
     if is_wanted("samples") {
         let scene = toml::parse(PEER_A, Path::new("scenes/peer_a.toml"))?;
         let settings = Settings { max_depth: 8, ..Settings::default() };

@@ -1,5 +1,6 @@
 //! Reports: what `inspect` and `bench` print.
 
+pub mod bench_rays;
 pub mod inspect;
 pub mod samples;
 pub mod specialise;
