@@ -4,6 +4,7 @@
 //! and Rust, and the median of the rounds' ratios is told: this machine's clock drifts by more than the differences. The clock
 //! holds submit and wait, not the upload. Hits are compared one by one.
 
+use std::f32::consts::TAU;
 use std::time::Instant;
 
 use glam::Vec3;
@@ -184,7 +185,7 @@ fn surface(g: &Geometry, ray: &Ray) -> Option<(Vec3, Vec3)> {
 fn bounced(g: &Geometry, rays: &[Ray], bounce: u32) -> Vec<Ray> {
     let bounce_of = |(i, ray): (usize, &Ray)| {
         let (p, n) = surface(g, ray)?;
-        let (z, phi) = (1.0 - 2.0 * unit(i, 10 * bounce), 6.283_185 * unit(i, 10 * bounce + 1));
+        let (z, phi) = (1.0 - 2.0 * unit(i, 10 * bounce), TAU * unit(i, 10 * bounce + 1));
         let r = (1.0 - z * z).sqrt();
         let d = (n + Vec3::new(r * phi.cos(), r * phi.sin(), z)).normalize_or(n);
         Some(Ray { o: p.to_array(), d: d.to_array(), t_max: f32::INFINITY })
@@ -218,7 +219,7 @@ fn scene() -> Vec<[[f32; 3]; 3]> {
         let tilt =
             glam::Quat::from_rotation_x(3.0 * unit(torus, 8)) * glam::Quat::from_rotation_z(3.0 * unit(torus, 9));
         let vertex = |i: usize, j: usize| {
-            let (u, v) = ((i % 64) as f32 / 64.0 * 6.283_185, (j % 32) as f32 / 32.0 * 6.283_185);
+            let (u, v) = ((i % 64) as f32 / 64.0 * TAU, (j % 32) as f32 / 32.0 * TAU);
             let tube = 0.35 + 0.06 * (9.0 * u).sin() * (5.0 * v).cos();
             let r = 0.9 + tube * v.cos();
             (center + tilt * Vec3::new(r * u.cos(), tube * v.sin(), r * u.sin())).to_array()

@@ -1,5 +1,7 @@
 //! Geometry that is hard on a traversal, and rays to match. All generated, with fixed seeds.
 
+use std::f32::consts::TAU;
+
 use glam::{DVec3, Vec3};
 
 use crate::bvh::traverse::{Geometry, Ray};
@@ -174,7 +176,7 @@ pub fn closed_sphere(levels: u32, scale: f32, offset: f32) -> Mesh {
 /// Torus of n by m quads, each cut in two.
 pub fn closed_torus(n: usize, m: usize, scale: f32, offset: f32) -> Mesh {
     let vertex = |i: usize, j: usize| {
-        let (u, v) = ((i % n) as f32 / n as f32 * 6.283_185, (j % m) as f32 / m as f32 * 6.283_185);
+        let (u, v) = ((i % n) as f32 / n as f32 * TAU, (j % m) as f32 / m as f32 * TAU);
         let r = 1.0 + 0.4 * v.cos();
         (Vec3::new(r * u.cos(), 0.4 * v.sin(), r * u.sin()) * scale + offset).to_array()
     };
@@ -265,7 +267,7 @@ pub fn aimed_rays(mesh: &Mesh, random: &mut Random) -> Vec<Ray> {
         let v = [t.v0, t.v1, t.v2].map(|v| Vec3::from(v).as_dvec3());
         let mut origin = center + (hi - lo) * 0.02 * random.cube();
         if is_torus {
-            let u = random.unit() * 6.283_185;
+            let u = random.unit() * TAU;
             origin = center + Vec3::new(u.cos(), 0.01 * random.unit(), u.sin()) * (hi.x - lo.x) * (0.5 / 1.4);
         }
         for k in 0..3 {
