@@ -175,7 +175,7 @@ pub fn edge_failures(case: &Case) -> Vec<String> {
     failures
 }
 
-pub const EDGE_U: [f64; 4] = [0.0, 5.9604644775390625e-8, 0.5, 1.0 - 5.9604644775390625e-8];
+pub const EDGE_U: [f64; 4] = [0.0, 5.960_464_477_539_063e-8, 0.5, 1.0 - 5.960_464_477_539_063e-8];
 pub const EDGE_CHOICES: [u32; 5] = [0, 1, 1 << 31, u32::MAX - 1, u32::MAX];
 
 /// Poles, horizon, grazing, generic, and the opposite of each.
@@ -225,7 +225,7 @@ fn refracted(wo: DVec3, eta: f64) -> DVec3 {
 }
 
 fn unit(word: u32) -> f64 {
-    f64::from(word >> 8) * 5.9604644775390625e-8
+    f64::from(word >> 8) * 5.960_464_477_539_063e-8
 }
 
 /// Component `d` of point n of DELTA_SAMPLES (Hammersley 1960): the choice in base 2, u in base 3 and in order.
