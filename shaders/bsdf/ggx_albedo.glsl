@@ -5,9 +5,9 @@ const uint GGX_ALBEDO_ALPHA = 40u;
 const uint GGX_ALBEDO_OCTAVES = 10u;
 const float GGX_ALBEDO_MIN_ROOT = 0.03162277660168379;
 
-// x: deficit A = 1 - E0 of single scattering with F = 1; y: 1 - B, B the albedo with F = (1 - cos)^5. Both vanish towards
-// grazing, and a layer below gets only them: so they are what is kept, with their own digits.
-vec2 ggx_albedo_at(float mu, float alpha) {
+// x: deficit A = 1 - E0 of single scattering with F = 1; y: albedo B with F = (1 - cos)^5; z: 1 - B. B vanishes towards the
+// pole, 1 - B towards grazing, and each is a factor of something: so each is kept with its own digits.
+vec3 ggx_albedo_at(float mu, float alpha) {
     float a = clamp(alpha, GGX_ALBEDO_MIN_ROOT * GGX_ALBEDO_MIN_ROOT, 1.0);
     const float cells = float(GGX_ALBEDO_X - 1u);
     // From either end: x near 0, 1 - x = a (1 - mu) / (mu + a) near 1, where A is a millionth of its neighbour.
@@ -25,7 +25,9 @@ vec2 ggx_albedo_at(float mu, float alpha) {
     bool is_far = x > beyond;
     vec4 v = left * (is_far ? gx : 1.0 - fx) + right * (is_far ? 1.0 - gx : fx);
     vec2 at = mix(v.xy, v.zw, y - float(j));
-    return vec2(at.x, min(at.x + (1.0 - at.x) * one_minus_pow5(min(at.y * (mu + a), 1.0)), 1.0));
+    float c = clamp(at.y * (mu + a), 0.0, 1.0);
+    float e0 = 1.0 - at.x;
+    return vec3(at.x, e0 * pow5(1.0 - c), min(at.x + e0 * one_minus_pow5(c), 1.0));
 }
 
 // Hemispherical averages of A and B (not 1 - B). The exponent of alpha is the octave and its mantissa the place there: no logarithm.

@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::ggx::{Ggx, half_vector, reflect};
+use super::ggx::{Ggx, half_cosine, half_vector, reflect};
 use super::ggx_albedo::{self, Albedo, multiple_scattering, multiple_scattering_color};
 use super::{Bsdf, BsdfSample, Input, InputKind, Model, SAMPLE_DELTA, Shared, fresnel, is_chosen, shared};
 
@@ -102,15 +102,14 @@ impl Conductor {
             return (DVec3::ZERO, 0.0);
         }
         let Some(h) = half_vector(wo, wi) else { return (DVec3::ZERO, 0.0) };
-        let cos = wo.dot(h);
-        let f = fresnel::conductor(cos.min(1.0), self.eta, self.k);
+        let f = fresnel::conductor(half_cosine(wo, wi), self.eta, self.k);
         let mut value = f * (self.ggx.d(h) * self.ggx.g2(wo, wi) / (4.0 * wo.z));
         let p = self.multiple_probability(wo);
         if self.is_compensated {
             let lobe = multiple_scattering(self.albedo_at(wo), self.albedo_at(wi), self.average, wi.z);
             value += self.multiple_color * lobe;
         }
-        let pdf = (1.0 - p) * self.ggx.visible_pdf(wo, h) / (4.0 * cos) + p * FRAC_1_PI * wi.z;
+        let pdf = (1.0 - p) * self.ggx.reflection_pdf(wo, h) + p * FRAC_1_PI * wi.z;
         (value, pdf)
     }
 }

@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use super::fresnel;
-use super::ggx::{Ggx, half_vector, reflect};
+use super::ggx::{Ggx, half_cosine, half_vector, reflect};
 use super::{Bsdf, BsdfSample, Input, InputKind, Model, SAMPLE_DELTA, SAMPLE_TRANSMISSION, is_chosen, shared};
 
 pub const MODEL: Model = Model {
@@ -79,10 +79,9 @@ impl Dielectric {
         let (o, i, eta) = self.seen_from_above(wo, wi);
         if i.z > 0.0 {
             let Some(h) = half_vector(o, i) else { return (0.0, 0.0) };
-            let cos = o.dot(h);
-            let (f, _) = fresnel::dielectric(cos, eta);
+            let (f, _) = fresnel::dielectric(half_cosine(o, i), eta);
             let value = f * self.ggx.d(h) * self.ggx.g2(o, i) / (4.0 * o.z);
-            (value, f * self.ggx.visible_pdf(o, h) / (4.0 * cos))
+            (value, f * self.ggx.reflection_pdf(o, h))
         } else {
             refraction(&self.ggx, o, i, eta)
         }
@@ -97,10 +96,10 @@ pub fn refraction(ggx: &Ggx, o: DVec3, i: DVec3, eta: f64) -> (f64, f64) {
     if oh <= 0.0 || ih >= 0.0 {
         return (0.0, 0.0);
     }
-    let (f, _) = fresnel::dielectric(oh, eta);
+    let t = fresnel::dielectric_transmittance(oh, eta);
     let jacobian = -ih / (ih + oh / eta).powi(2);
-    let value = (1.0 - f) * ggx.d(h) * ggx.g2(o, i) * oh * jacobian / (o.z * eta * eta);
-    (value, (1.0 - f) * ggx.visible_pdf(o, h) * jacobian)
+    let value = t * ggx.d(h) * ggx.g2(o, i) * oh * jacobian / (o.z * eta * eta);
+    (value, t * ggx.visible_pdf(o, h) * jacobian)
 }
 
 impl Bsdf for Dielectric {
@@ -125,6 +124,7 @@ impl Bsdf for Dielectric {
         let h = if self.ggx.is_smooth { DVec3::Z } else { self.ggx.sample_visible(o, u) };
         let cos = o.dot(h);
         let (f, cos_t) = fresnel::dielectric(cos, eta);
+        let share = |is_reflected: bool| if is_reflected { f } else { fresnel::dielectric_transmittance(cos, eta) };
         let is_reflected = is_chosen(choice, f);
         let i = if is_reflected { reflect(o, h) } else { -o / eta + h * (cos / eta - cos_t) };
         if (i.z > 0.0) != is_reflected || i.z == 0.0 || (!is_reflected && f >= 1.0) {
@@ -132,12 +132,12 @@ impl Bsdf for Dielectric {
         }
         let (flags, eta_scale) = if is_reflected { (0, 1.0) } else { (SAMPLE_TRANSMISSION, 1.0 / (eta * eta)) };
         if self.ggx.is_smooth {
-            let pdf = if is_reflected { f } else { 1.0 - f };
+            let pdf = share(is_reflected);
             let weight = DVec3::splat(eta_scale);
             return Some(BsdfSample { wi: i * flip, weight, pdf, flags: flags | SAMPLE_DELTA, eta_scale });
         }
         let jacobian = if is_reflected { 1.0 / (4.0 * cos) } else { cos_t / (cos / eta - cos_t).powi(2) };
-        let pdf = if is_reflected { f } else { 1.0 - f } * self.ggx.visible_pdf(o, h) * jacobian;
+        let pdf = share(is_reflected) * self.ggx.visible_pdf(o, h) * jacobian;
         let weight = DVec3::splat(eta_scale * self.ggx.g2(o, i) / self.ggx.g1(o));
         (pdf > 0.0).then_some(BsdfSample { wi: i * flip, weight, pdf, flags, eta_scale })
     }

@@ -17,6 +17,16 @@ pub fn dielectric(cos_o: f64, eta: f64) -> (f64, f64) {
     (0.5 * (r_parallel * r_parallel + r_perpendicular * r_perpendicular), cos_t)
 }
 
+/// 1 - reflectance of `dielectric`, with the digits it has at grazing incidence.
+pub fn dielectric_transmittance(cos_o: f64, eta: f64) -> f64 {
+    let (f, cos_t) = dielectric(cos_o, eta);
+    if f >= 1.0 {
+        return 0.0;
+    }
+    let (perpendicular, parallel) = (cos_o + eta * cos_t, eta * cos_o + cos_t);
+    2.0 * cos_o * eta * cos_t * (perpendicular.powi(-2) + parallel.powi(-2))
+}
+
 /// Reflectance of a conductor of index eta - ik (relative to vacuum) in one channel, by complex arithmetic.
 pub fn conductor_channel(cos_o: f64, eta: f64, k: f64) -> f64 {
     // n^2 cos_t' = sqrt(n^2 - sin^2) is the only complex square root needed.

@@ -57,6 +57,11 @@ impl Ggx {
         self.g1(o) * o.dot(h).max(0.0) * self.d(h) / o.z
     }
 
+    /// Density of reflections about visible normals: `visible_pdf` over 4 o.h, which cancels.
+    pub fn reflection_pdf(&self, o: DVec3, h: DVec3) -> f64 {
+        self.g1(o) * self.d(h) / (4.0 * o.z)
+    }
+
     /// Facet normal seen from `o`, `o.z > 0`.
     pub fn sample_visible(&self, o: DVec3, u: [f64; 2]) -> DVec3 {
         let o_std = DVec3::new(self.alpha_x * o.x, self.alpha_y * o.y, o.z).normalize();
@@ -87,8 +92,13 @@ pub fn reflect(w: DVec3, h: DVec3) -> DVec3 {
     h * (2.0 * w.dot(h)) - w
 }
 
-/// Half vector of a reflection, above the surface; None where o = -i.
+/// Half vector, above the surface; None where o = -i.
 pub fn half_vector(o: DVec3, i: DVec3) -> Option<DVec3> {
     let h = (o + i).try_normalize()?;
     Some(if h.z < 0.0 { -h } else { h })
+}
+
+/// Cosine of either direction with their half vector. Half the length of the sum: o.h would cancel at grazing incidence.
+pub fn half_cosine(o: DVec3, i: DVec3) -> f64 {
+    (0.5 * (o + i).length()).min(1.0)
 }

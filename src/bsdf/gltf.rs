@@ -16,7 +16,7 @@ use std::f64::consts::FRAC_1_PI;
 use glam::DVec3;
 
 use super::dielectric::{INDEX_MATCHED, refraction};
-use super::ggx::{Ggx, half_vector, reflect};
+use super::ggx::{Ggx, half_cosine, half_vector, reflect};
 use super::ggx_albedo::{self, Albedo, multiple_scattering, multiple_scattering_color};
 use super::{Bsdf, BsdfSample, Input, InputKind, Model, SAMPLE_DELTA, SAMPLE_TRANSMISSION, fresnel, is_chosen, shared};
 
@@ -51,7 +51,7 @@ pub const MODEL: Model = Model {
         ("GLTF_KHRONOS_MIX", "khronos_mix"),
         ("GLTF_COMPENSATION", "compensation"),
     ],
-    shared: &[shared("bsdf/fresnel.glsl"), shared("bsdf/ggx.glsl"), ggx_albedo::SHARED],
+    shared: &[shared("bsdf/fresnel.glsl"), shared("bsdf/ggx.glsl"), ggx_albedo::SHARED, shared("bsdf/gltf_layers.glsl")],
     doc: "glTF 2.0 metallic-roughness with ior, transmission, volume",
 };
 
@@ -156,11 +156,12 @@ impl Gltf {
     fn facet(&self, cos: f64, eta: f64) -> Facet {
         let (metal, opaque, transmitting) = self.weights();
         let cos = cos.clamp(0.0, 1.0);
-        let (f, cos_t) = fresnel::dielectric(cos, if self.is_thin { self.ior } else { eta });
+        let eta = if self.is_thin { self.ior } else { eta };
+        let (f, cos_t) = fresnel::dielectric(cos, eta);
         let reflected = fresnel::schlick(cos, self.base_color) * metal
             + fresnel::schlick(cos, DVec3::splat(self.f0)) * opaque
             + DVec3::splat(f * transmitting);
-        let transmitted = self.base_color * ((1.0 - f) * transmitting);
+        let transmitted = self.base_color * (fresnel::dielectric_transmittance(cos, eta) * transmitting);
         let p = mean(transmitted) / (mean(transmitted) + mean(reflected)).max(f64::MIN_POSITIVE);
         Facet { reflected, transmitted, cos_t, p_transmission: p }
     }
@@ -198,14 +199,14 @@ impl Gltf {
         let (o, i) = (out.o, wi * out.flip);
         if i.z > 0.0 {
             let h = half_vector(o, i).unwrap_or(DVec3::X);
-            let cos = o.dot(h);
+            let cos = half_cosine(o, i);
             let mut value = self.cosine_lobe(&out, i.z, cos);
             let mut pdf = out.p_cosine * FRAC_1_PI * i.z;
             if !self.ggx.is_smooth && cos > 0.0 {
                 let facet = self.facet(cos, out.eta);
                 value += facet.reflected * (self.ggx.d(h) * self.g2(o, i) / (4.0 * o.z));
                 let p = (1.0 - out.p_cosine) * (1.0 - facet.p_transmission);
-                pdf += p * self.ggx.visible_pdf(o, h) / (4.0 * cos);
+                pdf += p * self.ggx.reflection_pdf(o, h);
             }
             return (value, pdf);
         }
@@ -215,20 +216,19 @@ impl Gltf {
         if self.is_thin {
             let mirrored = DVec3::new(i.x, i.y, -i.z);
             let Some(h) = half_vector(o, mirrored) else { return (DVec3::ZERO, 0.0) };
-            let cos = o.dot(h);
-            let facet = self.facet(cos, out.eta);
+            let facet = self.facet(half_cosine(o, mirrored), out.eta);
             let value = facet.transmitted * (self.ggx.d(h) * self.g2(o, mirrored) / (4.0 * o.z));
             let p = (1.0 - out.p_cosine) * facet.p_transmission;
-            return (value, p * self.ggx.visible_pdf(o, h) / (4.0 * cos));
+            return (value, p * self.ggx.reflection_pdf(o, h));
         }
         let (value, pdf) = refraction(&self.ggx, o, i, out.eta);
         if pdf <= 0.0 {
             return (DVec3::ZERO, 0.0);
         }
-        // `refraction` holds the factor 1-F in both; the facet's own probability replaces it in the pdf.
+        // `refraction` holds the transmittance in both; the facet's own probability replaces it in the pdf.
         let cos = half_vector(o, i * out.eta).map_or(0.0, |h| o.dot(h));
-        let (f, _) = fresnel::dielectric(cos, out.eta);
-        let p = (1.0 - out.p_cosine) * self.facet(cos, out.eta).p_transmission / (1.0 - f);
+        let t = fresnel::dielectric_transmittance(cos, out.eta);
+        let p = (1.0 - out.p_cosine) * self.facet(cos, out.eta).p_transmission / t;
         let masking = self.g2(o, i) / self.ggx.g2(o, i);
         (self.base_color * (self.weights().2 * value * masking), p * pdf)
     }

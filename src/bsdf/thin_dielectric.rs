@@ -65,7 +65,7 @@ impl Bsdf for ThinDielectric {
             return Some(BsdfSample { wi, weight: DVec3::ONE, pdf: r, flags: SAMPLE_DELTA, eta_scale: 1.0 });
         }
         let flags = SAMPLE_DELTA | SAMPLE_TRANSMISSION;
-        let pdf = (1.0 - f) / (1.0 + f);
+        let pdf = fresnel::dielectric_transmittance(wo.z.abs(), self.eta) / (1.0 + f);
         (pdf > 0.0).then_some(BsdfSample { wi: -wo, weight: self.tint, pdf, flags, eta_scale: 1.0 })
     }
 

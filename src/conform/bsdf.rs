@@ -58,9 +58,11 @@ pub struct Row {
     pub keyword: &'static str,
     /// One for each of the model's inputs.
     pub domains: &'static [Domain],
-    /// K of gate 3 for `eval` and `pdf`, and for `sample`; and which helpers they reach. 32: a chain of ten to twenty roundings
-    /// through D's fourth power; 256: refraction besides, through grazing facets where three differences follow each other.
+    /// K of gate 3 for `eval` and `pdf`, and for `sample`. 64: ten to twenty roundings through D's fourth power. More for
+    /// samples, whose inputs are further back: a grazing facet's cosines are differences (256), refraction follows with two
+    /// more, and the albedo table holds 1e-7 absolute while a weight near the horizon is as small as 1e-4 (1024).
     pub k: [f64; 2],
+    /// Helpers that the two rows reach.
     pub covers: &'static [&'static str],
     pub sweeps: &'static [Sweep],
 }
@@ -79,7 +81,7 @@ pub const ROWS: &[Row] = &[
     Row {
         keyword: "conductor",
         domains: &[Domain::Metal, Domain::Metal, Domain::Roughness, Domain::RoughnessY, Domain::Switch],
-        k: [32.0, 32.0],
+        k: [64.0, 256.0],
         covers: &["conductor_deficit", "conductor_value", "conductor_eval_pdf"],
         sweeps: &[
             // eta = 0 reflects everything: what is missing is masking alone.
@@ -104,7 +106,7 @@ pub const ROWS: &[Row] = &[
     Row {
         keyword: "dielectric",
         domains: &[Domain::Index, Domain::Roughness, Domain::RoughnessY],
-        k: [32.0, 256.0],
+        k: [64.0, 1024.0],
         covers: &["dielectric_eval_pdf"],
         sweeps: &[
             Sweep {
@@ -138,7 +140,7 @@ pub const ROWS: &[Row] = &[
             Domain::Switch,
             Domain::Switch,
         ],
-        k: [32.0, 32.0],
+        k: [64.0, 1024.0],
         covers: &[
             "gltf_mean",
             "gltf_albedo_at",

@@ -23,8 +23,10 @@ const WORDS: usize = 18;
 const STEP: f64 = 1.0 / 1_048_576.0;
 /// A direction whose z is this small may be on either side after rounding: 2 (o.h) h.z - o.z cancels.
 const HORIZON: f64 = 64.0 * EPS;
-/// Above this u[1] the cap's direction nearly cancels against wo: h has no digits there, and is only asked to be finite.
+/// Beyond these u[1] the cap's direction nearly cancels against wo: h has too few digits there, and more so when o.h is small
+/// because wo grazes. Results are then only asked to be finite and of the right sign.
 const FAR_END: f64 = 1.0 - 256.0 * EPS;
+const FAR_END_GRAZING: f64 = 1.0 - 4096.0 * EPS;
 /// Below this a result may be flushed to 0.
 const FLOOR: f64 = 1e-30;
 
@@ -104,7 +106,7 @@ fn probes_of(row: &'static Row) -> [Probe; 2] {
             let generate = move |r: &mut Inputs| inputs(r, row, index, true);
             Probe::judged(name, text, 9, generate, move |x, y| judge_sample(index, k_sample, x, y))
         })
-        .because(&why(k_sample, "; either side of a choice within 2^-16")),
+        .because(&why(k_sample, "; 4 eps / |wi.z| besides; either side of a choice within 2^-16")),
     ]
 }
 
@@ -228,7 +230,7 @@ fn judge_sample(index: usize, k: f64, x: &[f32], y: &[f32]) -> f64 {
     let choice = x[at + 3].to_bits();
     let mut x = widen(x);
     x[at + 3] = 0.0;
-    if x[at + 5] > FAR_END {
+    if x[at + 5] > if x[at + 2].abs() < 1e-4 { FAR_END_GRAZING } else { FAR_END } {
         return 0.0;
     }
     let fits = |x: &[f64; WORDS], choice: u32| fit_of_sample(index, k, x, choice, y);
@@ -268,10 +270,12 @@ fn fit_of_sample(index: usize, k: f64, x: &[f64; WORDS], choice: u32, y: &[f32])
     if is_absorbed || wanted[8] != f64::from(y[8]) {
         return f64::INFINITY;
     }
-    // The direction is one vector; weight and pdf each have their own scale.
+    // The direction is one vector; weight and pdf each have their own scale. A direction's z is known to eps, so what is
+    // proportional to it is known to eps / z.
+    let grazing = 4.0 * EPS / wanted[2].abs().max(EPS);
     let over = |m: usize, moved: f64| {
         let scale = if m < 3 { 1.0 } else { wanted[m].abs() };
-        (f64::from(y[m]) - wanted[m]).abs() / (k * EPS * (scale + moved) + FLOOR)
+        (f64::from(y[m]) - wanted[m]).abs() / (k * EPS * (scale + moved) + grazing * scale + FLOOR)
     };
     let plain = (0..8).map(|m| over(m, 0.0)).fold(0.0, f64::max);
     if plain <= 1.0 {

@@ -59,9 +59,13 @@ fn fresnel_rows() -> Vec<Probe> {
             },
         )
         .files(FRESNEL)
-        .k(16.0)
+        .k(128.0)
         .within(0.0, 1.0)
-        .absolute(1e-12, "r_parallel passes through 0 at Brewster's angle: its square is held to (1e-6)^2"),
+        .absolute(
+            1e-12,
+            "r_parallel passes through 0 at Brewster's angle: its square is held to (1e-6)^2; eta - 1 rounds to 1, \
+             ten times an eta of 0.1",
+        ),
         Probe::real(
             "fresnel_conductor",
             "y0 = fresnel_conductor(x0, vec3(x1), vec3(x2)).x;",
@@ -221,8 +225,8 @@ fn ggx_rows() -> Vec<Probe> {
         )
         .files(GGX)
         .vector()
-        .k(16.0)
-        .because("one vector"),
+        .k(256.0)
+        .because("one vector; at the far end of the cap h is the difference of nearly opposite vectors"),
         Probe::real(
             "ggx_reflect",
             "vec3 w = ggx_reflect(vec3(x0, x1, x2), vec3(x3, x4, x5)); y0 = w.x; y1 = w.y; y2 = w.z;",
@@ -243,11 +247,11 @@ fn albedo_rows() -> Vec<Probe> {
     let probes = vec![
         Probe::real(
             "ggx_albedo_at",
-            "vec2 a = ggx_albedo_at(x0, x1); y0 = a.x; y1 = a.y;",
+            "vec3 a = ggx_albedo_at(x0, x1); y0 = a.x; y1 = a.y; y2 = a.z;",
             |r| [cosine(r).max(1e-8), r.log(1e-4, 1.0)],
             |[mu, alpha]| {
                 let a = ggx_albedo::table().at(mu, alpha);
-                [a.deficit, 1.0 - a.schlick]
+                [a.deficit, a.schlick, 1.0 - a.schlick]
             },
         )
         .k(64.0)
