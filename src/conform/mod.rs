@@ -53,6 +53,7 @@ pub fn run(device: &Device, filter: &str) -> Report {
     let probes = probes();
     report.rows.extend(probe::run_all(device, &probes, filter, PROBE_INPUTS));
     report.rows.extend(light::rows(device, filter, PROBE_INPUTS));
+    report.rows.extend(bsdf::furnace_rows(device, filter, 7));
     report.rows.extend(traversal::run(device, filter));
     report.rows.extend(coverage::rows(&probes).into_iter().filter(|row| row.is_wanted(filter)));
     report

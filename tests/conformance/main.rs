@@ -12,18 +12,7 @@ fn device() -> Device {
 }
 
 /// Rows that are known to fail on lavapipe, and why. One that passes fails the test: then its line goes.
-const KNOWN: &[(&str, &str)] = &[
-    ("ggx_sample_visible", "u within 2^-23 of the edge of the cap, seen from below: 68 of 16 eps"),
-    (
-        "conductor_eval",
-        "half vector of directions that are opposite to 8e-5: its tilt is a difference that f32 rounds away",
-    ),
-    ("conductor_sample", "the same at the end of the cap"),
-    ("dielectric_eval", "generalised half vector where both directions stand on the normal to 8e-5"),
-    ("thin_dielectric_sample", "cosine of 1e-12: the reflectance's distance from 1 is below eps"),
-    ("gltf_eval", "the sum of the lobes inherits the facets' half vector"),
-    ("gltf_sample", "the sum of the lobes inherits the facets' half vector"),
-];
+const KNOWN: &[(&str, &str)] = &[];
 
 fn check(device: &Device, rows: Vec<GateRow>) {
     let mut report = Report::new(&device.info().name, &device.info().driver);
