@@ -52,12 +52,12 @@ LightSample light_sample(PathState s, vec3 p, vec3 n) {
         r = LightSample(q.wi, q.distance, q.pdf, radiance, sphere.primitive, index);
     }
 #endif
-    r.pdf *= light.pmf;
+    r.pdf *= light_pmf(p, n, index);
     return r;
 }
 
-// Solid-angle density with which `light_sample` from p would have found this emitter's front or back, choice included.
-float light_pdf(uint index, vec3 p, vec3 wi, float distance, bool is_front) {
+// Solid-angle density with which `light_sample` from p and n would have found this emitter's front or back, choice included.
+float light_pdf(uint index, vec3 p, vec3 n, vec3 wi, float distance, bool is_front) {
     float pdf = 0.0;
 #if LIGHT_TRIANGLES || LIGHT_SPHERES
     LightRecord light = LightRecord_load_lights(index);
@@ -72,7 +72,7 @@ float light_pdf(uint index, vec3 p, vec3 wi, float distance, bool is_front) {
         pdf = sphere_light_is_outside(p, light.a, light.b.x) == is_front ? sphere_light_pdf(p, light.a, light.b.x) : 0.0;
     }
 #endif
-    pdf *= light.pmf;
+    pdf *= light_pmf(p, n, index);
 #endif
     return pdf;
 }
@@ -96,7 +96,7 @@ void add_sky(inout PathState s) {
 #if LIGHT_SKIES
     // Everything-on has a sky's text in scenes without one: its row is no light's.
     uint light = SkyRecord_load_sky(0u).light;
-    density = light != NONE ? sky_pdf(s.ray.d) * LightRecord_load_lights(light).pmf : 0.0;
+    density = light != NONE ? sky_pdf(s.ray.d) * light_pmf(s.from, s.from_normal, light) : 0.0;
 #endif
     s.radiance += s.throughput * sky_radiance(s.ray.d) * emission_weight(s, density);
 }
@@ -109,7 +109,7 @@ void add_emission(inout PathState s, Surface surface, MaterialRecord material, f
         && (is_front || (material.flags & MATERIAL_EMITS_TWO_SIDED) != 0u);
     float density = 0.0;
 #if NEXT_EVENT
-    density = surface.light != NONE ? light_pdf(surface.light, s.from, s.ray.d, distance, is_front) : 0.0;
+    density = surface.light != NONE ? light_pdf(surface.light, s.from, s.from_normal, s.ray.d, distance, is_front) : 0.0;
 #endif
     Spectrum emitted = shines ? material_emission(material, surface.point) : Spectrum(0.0);
     s.radiance += s.throughput * emitted * emission_weight(s, density);

@@ -61,7 +61,8 @@ bool sides_agree(Shading shading, vec3 wi_local, vec3 wi) {
 uint add_next_event(inout PathState s, Surface surface, MaterialRecord material, Shading shading) {
     // Beside the surface, on the viewer's side: a sphere that lights itself is then seen from inside or outside, not as rounding has it.
     s.from = spawn_origin(surface.p, surface.error, shading.ng, -s.ray.d);
-    LightSample light = light_sample(s, s.from, shading.frame.n);
+    s.from_normal = shading.frame.n;
+    LightSample light = light_sample(s, s.from, s.from_normal);
     vec3 wi = to_local(shading.frame, light.wi);
     Spectrum f = bsdf_eval(shading.lobes, shading.wo, wi);
     // A NaN counts as light, here and in `scatter`: the sample is then counted as bad, and does not just lose a part.

@@ -12,6 +12,7 @@ struct PathState {
     SampleId id;
 #if NEXT_EVENT
     vec3 from;  // the point light was last sampled from: densities of emitters run into must be for this very point
+    vec3 from_normal;  // the shading normal there, which a choice of lights may look at
 #endif
 #if HAS_MEDIA
     uint medium;

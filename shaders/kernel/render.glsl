@@ -16,6 +16,7 @@ PathState path_begin(uint pixel, uint sample_index) {
     s.eta_scale = 1.0;
 #if NEXT_EVENT
     s.from = vec3(0.0);
+    s.from_normal = vec3(0.0);
 #endif
 #if HAS_MEDIA
     s.medium = camera.medium;

@@ -97,7 +97,7 @@ const MUTATIONS: &[Mutation] = &[
     },
     Mutation {
         name: "the probability of the chosen light is left out",
-        fault: text("integrator/emission.glsl", "r.pdf *= light.pmf;", ""),
+        fault: text("integrator/emission.glsl", "r.pdf *= light_pmf(p, n, index);", ""),
         caught_by: &[Replay(scenes::sphere_lamps), Image(scenes::sphere_lamps)],
     },
     Mutation {
