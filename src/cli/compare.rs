@@ -44,7 +44,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
         b.width,
         b.height
     );
-    let errors = error::compare(&a.pixels, &b.pixels);
+    let errors = error::compare(&a.pixels, &b.pixels, a.width as usize);
     if args.json {
         println!("{}", serde_json::to_string(&errors)?);
     } else {
@@ -67,6 +67,8 @@ fn table(e: &Errors) -> String {
         ("relMSE trimmed", e.relmse_trimmed, "the first without the worst 0.1 % of pixels"),
         ("RMSE", e.rmse, "W/(m2 sr)"),
         ("bias", e.bias, "mean of x - r, W/(m2 sr)"),
+        ("FLIP", e.flip, "mean LDR-FLIP of both cut to [0, 1]"),
+        ("FLIP HDR", e.flip_hdr, "mean HDR-FLIP, the worst over exposures"),
         ("reference mean", e.reference_mean, "W/(m2 sr)"),
     ] {
         text += &format!("{name:<16} {value:>13.6e}  {meaning}\n");

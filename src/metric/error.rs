@@ -2,9 +2,11 @@
 //!
 //! relMSE = mean over pixels and channels of (x-r)^2 / (r^2 + 0.01). With it go: the same with epsilon (0.1 mean r)^2, which
 //! does not change when both images are scaled; the first without its worst 0.1 % of pixels (Figueiredo 2025 and others);
-//! RMSE; and the mean bias. Pixels that are not finite in either image are counted and left out.
+//! RMSE; the mean bias; and FLIP (`flip`). Pixels that are not finite in either image are counted and left out.
 
 use serde::{Deserialize, Serialize};
+
+use super::flip;
 
 /// The epsilon of relMSE, (W/(m^2 sr))^2: that of most papers since Rousselle et al. 2011.
 pub const EPSILON: f64 = 0.01;
@@ -26,6 +28,10 @@ pub struct Errors {
     pub bias: f64,
     /// Mean of r.
     pub reference_mean: f64,
+    /// Mean LDR-FLIP of the two as a screen shows them, cut to [0, 1].
+    pub flip: f64,
+    /// Mean HDR-FLIP: the worst over exposures, pixel by pixel.
+    pub flip_hdr: f64,
     /// Pixels left out because one of the images is NaN or infinite there.
     pub nonfinite: u64,
 }
@@ -39,8 +45,28 @@ pub fn relative_square(x: [f32; 3], r: [f32; 3], epsilon: f64) -> f64 {
     (term(0) + term(1) + term(2)) / 3.0
 }
 
-/// Measures of `image` against `reference`, which have the same size.
-pub fn compare(image: &[[f32; 3]], reference: &[[f32; 3]]) -> Errors {
+/// Measures of `image` against `reference`, which have the same size: row-major, rows of `width` pixels.
+pub fn compare(image: &[[f32; 3]], reference: &[[f32; 3]], width: usize) -> Errors {
+    let (flip_ldr, flip_hdr) = flips(image, reference, width);
+    Errors { flip: flip_ldr, flip_hdr, ..compare_values(image, reference) }
+}
+
+/// Mean LDR-FLIP and HDR-FLIP. A pixel that is not finite in either image is black in both.
+fn flips(image: &[[f32; 3]], reference: &[[f32; 3]], width: usize) -> (f64, f64) {
+    if image.is_empty() {
+        return (0.0, 0.0);
+    }
+    let finite = |p: &[f32; 3]| p.iter().all(|v| v.is_finite());
+    let (a, b): (Vec<[f32; 3]>, Vec<[f32; 3]>) = image
+        .iter()
+        .zip(reference)
+        .map(|(x, r)| if finite(x) && finite(r) { (*x, *r) } else { ([0.0; 3], [0.0; 3]) })
+        .unzip();
+    (flip::mean(&flip::ldr(&a, &b, width)), flip::mean(&flip::hdr(&a, &b, width)))
+}
+
+/// `compare` without FLIP, which costs more than all the others together.
+pub fn compare_values(image: &[[f32; 3]], reference: &[[f32; 3]]) -> Errors {
     assert_eq!(image.len(), reference.len(), "images of one size are compared");
     let finite = |p: &[f32; 3]| p.iter().all(|v| v.is_finite());
     let pairs: Vec<([f32; 3], [f32; 3])> =
@@ -69,6 +95,7 @@ pub fn compare(image: &[[f32; 3]], reference: &[[f32; 3]]) -> Errors {
         bias: channels(&|x, r| x - r),
         reference_mean,
         nonfinite,
+        ..Default::default()
     }
 }
 
@@ -85,7 +112,7 @@ mod tests {
     fn known_values() {
         let reference = [[1.0, 2.0, 0.0], [1.0, 1.0, 1.0]];
         let image = [[1.5, 2.0, 0.1], [1.0, 1.0, 1.0]];
-        let e = compare(&image, &reference);
+        let e = compare_values(&image, &reference);
         let dark = 0.1f32 as f64;
         let expected = (0.25 / 1.01 + dark * dark / 0.01) / 6.0;
         assert!((e.relmse - expected).abs() < 1e-15, "{e:?}");
@@ -101,16 +128,16 @@ mod tests {
         let reference: Vec<[f32; 3]> = (0..50).map(|i| [i as f32, 0.25 * i as f32, 1.0]).collect();
         let image: Vec<[f32; 3]> = reference.iter().map(|p| p.map(|v| v * 1.125)).collect();
         let scaled = |v: &[[f32; 3]]| v.iter().map(|p| p.map(|v| v * 1024.0)).collect::<Vec<_>>();
-        let (a, b) = (compare(&image, &reference), compare(&scaled(&image), &scaled(&reference)));
+        let (a, b) = (compare_values(&image, &reference), compare_values(&scaled(&image), &scaled(&reference)));
         assert!((a.relmse_exposure / b.relmse_exposure - 1.0).abs() < 1e-14);
         assert!((a.relmse / b.relmse - 1.0).abs() > 1e-4);
     }
 
     #[test]
     fn pixels_that_are_not_finite_are_counted() {
-        let e = compare(&[[f32::NAN, 0.0, 0.0], [1.0; 3]], &[[0.0; 3], [1.0; 3]]);
+        let e = compare_values(&[[f32::NAN, 0.0, 0.0], [1.0; 3]], &[[0.0; 3], [1.0; 3]]);
         assert_eq!((e.relmse, e.nonfinite), (0.0, 1));
-        assert_eq!(compare(&[[f32::INFINITY; 3]], &[[0.0; 3]]).nonfinite, 1);
-        assert_eq!(compare(&[], &[]), Errors::default());
+        assert_eq!(compare_values(&[[f32::INFINITY; 3]], &[[0.0; 3]]).nonfinite, 1);
+        assert_eq!(compare_values(&[], &[]), Errors::default());
     }
 }

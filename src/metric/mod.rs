@@ -2,5 +2,6 @@
 
 pub mod error;
 pub mod estimate;
+pub mod flip;
 pub mod special;
 pub mod stats;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use super::*;
 use crate::film::slot::SlotRecord;
 use crate::film::source::{DeviceInfo, PassStats};
-use crate::metric::error::compare;
+use crate::metric::error::compare_values as compare;
 use crate::prepare::records::NONE;
 
 /// Every pixel has its own mean; samples are exponential (standard deviation = mean), summed in f64, stored as f32.

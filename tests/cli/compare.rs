@@ -17,11 +17,12 @@ fn measures_and_verdict() {
     let (a, b, map) = (path("a.hdr"), path("b.hdr"), path("map.png"));
     image::write_hdr(a.as_ref(), &picture(0.5)).unwrap();
     image::write_hdr(b.as_ref(), &picture(1.0)).unwrap();
-    let wanted = error::compare(&picture(0.5).pixels, &picture(1.0).pixels);
+    let wanted = error::compare(&picture(0.5).pixels, &picture(1.0).pixels, 4);
     let ran = run(&["compare", &a, &b, "--json", "-o", &map, "--max-relmse", "0.1"]);
     assert_eq!((ran.code, ran.stderr.as_str()), (0, ""));
     let json: Value = serde_json::from_str(ran.stdout.trim()).unwrap();
-    for (key, value) in [("relmse", wanted.relmse), ("rmse", wanted.rmse), ("bias", wanted.bias)] {
+    for (key, value) in [("relmse", wanted.relmse), ("rmse", wanted.rmse), ("bias", wanted.bias), ("flip", wanted.flip)]
+    {
         assert!((json[key].as_f64().unwrap() - value).abs() < 1e-3, "{key}: {json}");
     }
     let map = image::read(map.as_ref()).unwrap();
