@@ -28,9 +28,9 @@ bool integrator_step(inout PathState s, inout Tally tally) {
             tally_depth(tally, s, shading);
         }
     }
-#if HAS_SKY
+#if HAS_BACKGROUND
     if (!is_hit) {
-        add_sky(s);
+        add_background(s);
     }
 #endif
     return goes_on;

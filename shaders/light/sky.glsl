@@ -52,7 +52,7 @@ float sky_pdf(vec3 d) {
     return SkyTexelRecord_load_sky_texels(cell.y * sky.width + cell.x).cell_pdf;
 }
 
-#if LIGHT_SKIES
+#if HAS_LIGHT_SKY
 uint alias_choose_sky(uint index_word, uint fraction_word, uint cell_count) {
     uint entry = alias_entry(index_word, cell_count);
     return alias_pick(sky_alias_row(entry >> 1), entry, fraction_word);
@@ -101,4 +101,24 @@ float sky_pdf(vec3 d) {
 SkySample sky_sample(uint index_word, uint fraction_word, vec2 u) {
     return SkySample(uniform_sphere(u), SkyRecord_load_sky(0u).scale, uniform_sphere_pdf());
 }
+#endif
+
+#if IN_KERNEL
+// What the sky sends to a path that has left the scene.
+Spectrum sky_light_arriving(PathState s) {
+    float density = 0.0;
+#if HAS_LIGHT_SKY
+    // Everything-on has a sky's text in scenes without one: its row is no light's.
+    uint light = SkyRecord_load_sky(0u).light;
+    density = light != NONE ? sky_pdf(s.ray.d) * light_pmf(s.from, vec3(0.0), light) : 0.0;
+#endif
+    return sky_radiance(s.ray.d) * emission_weight(s, density);
+}
+
+#if HAS_LIGHT_SKY
+LightSample sky_light_connect(PathState s, LightRecord light, vec3 p, vec2 u) {
+    SkySample sky = sky_sample(path_word(s, SKY_INDEX), path_word(s, SKY_FRACTION), u);
+    return LightSample(sky.wi, INFINITY, sky.pdf, sky.radiance, NONE, NONE);
+}
+#endif
 #endif

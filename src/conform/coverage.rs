@@ -6,7 +6,7 @@ use super::probe::Probe;
 use super::report::{Gate, GateRow};
 use crate::shader::source;
 
-/// Functions (or whole files) without a row of their own: the gate that covers them, and why it does.
+/// Functions (`*` before an ending), files and folders (`/` after) without a row of their own: the gate that covers them, and why it does.
 const COVERED: &[(&str, u32, &str)] = &[
     ("log_core", 3, "the body of m_log and m_log1p, whose rows reach all of it"),
     ("exp2_int", 3, "scales m_exp and m_expm1"),
@@ -17,6 +17,12 @@ const COVERED: &[(&str, u32, &str)] = &[
     ("texture_texel", 3, "reads every row of texture_image"),
     ("direction_from_z", 3, "the body of the uniform warps, whose rows reach all of it"),
     ("turn_of", 3, "the body of the uniform warps' inverses"),
+    ("*_light_connect", 6, "reads the path's state and the scene's tables: replayed path by path"),
+    ("*_light_density", 6, "as connect"),
+    ("*_light_arriving", 6, "as connect"),
+    ("mis_weight", 6, "weighs every light: replayed path by path"),
+    ("emission_weight", 6, "as mis_weight"),
+    ("light_sample_none", 6, "a constant"),
     ("integrator/", 6, "path state and tables: replayed path by path"),
     ("kernel/", 6, "path state and tables: replayed path by path"),
     ("film/", 6, "writes slots, which replay reads"),
@@ -52,7 +58,12 @@ pub fn rows(probes: &[Probe]) -> Vec<GateRow> {
     for path in source::paths() {
         for function in functions(source::get(path).unwrap_or_default()) {
             total += 1;
-            let listed = COVERED.iter().position(|(n, ..)| *n == function || (n.ends_with('/') && path.starts_with(n)));
+            let is_listed = |n: &str| match (n.strip_prefix('*'), n.strip_suffix('/')) {
+                (Some(ending), _) => function.ends_with(ending),
+                (_, Some(place)) => path.starts_with(place),
+                _ => n == function,
+            };
+            let listed = COVERED.iter().position(|(n, ..)| is_listed(n));
             if is_called(&function) {
                 *by_gate.entry(3).or_default() += 1;
             } else if let Some(place) = listed {

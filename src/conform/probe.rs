@@ -64,7 +64,8 @@ impl Probe {
             name: name.into(),
             glsl: glsl.into(),
             files: CORE.to_vec(),
-            defines: Vec::new(),
+            // What reads a path's state or the scene's tables is left out.
+            defines: vec![("IN_KERNEL", 0)],
             prelude: String::new(),
             tables: Vec::new(),
             covers: &[],

@@ -10,8 +10,12 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-use super::alias;
-use crate::prepare::records::{AliasRecord, SkyRecord, SkyTexelRecord};
+use super::{Connection, Reach, Surroundings, alias};
+use crate::prepare::Prepared;
+use crate::prepare::records::{AliasRecord, LightRecord, NONE, SkyRecord, SkyTexelRecord};
+use crate::sampler::{SKY_FRACTION, SKY_INDEX};
+
+pub const REACH: Reach = Reach::Infinity;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkySample {
@@ -29,7 +33,16 @@ pub struct SkyView<'a> {
     pub alias: &'a [AliasRecord],
 }
 
-impl SkyView<'_> {
+pub fn connect(world: &dyn Surroundings, _light: &LightRecord, _p: DVec3, u: [f64; 2]) -> Connection {
+    let s = SkyView::of(world.prepared()).sample(world.word(SKY_INDEX), world.word(SKY_FRACTION), u);
+    Connection { wi: s.wi, distance: f64::INFINITY, radiance: s.radiance, pdf: s.pdf, primitive: NONE }
+}
+
+impl<'a> SkyView<'a> {
+    pub fn of(p: &'a Prepared) -> Self {
+        Self { sky: &p.sky, texels: &p.sky_texels, alias: &p.sky_alias }
+    }
+
     /// Radiance from direction `d` (unit), W/(m2 sr).
     pub fn radiance(&self, d: DVec3) -> DVec3 {
         let scale = DVec3::from(self.sky.scale.map(f64::from));

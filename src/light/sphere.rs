@@ -9,6 +9,11 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::DVec3;
 
+use super::{Connection, Emitter, LIGHT_SPHERE, Place, Reach, Surroundings, emitted_luminance, kept_positive, vector};
+use crate::prepare::records::LightRecord;
+
+pub const REACH: Reach = Reach::Surface(density);
+
 /// A point on the sphere as seen from `p`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereLightSample {
@@ -74,6 +79,40 @@ fn basis(n: DVec3) -> (DVec3, DVec3) {
 pub fn solid_angle(p: DVec3, center: DVec3, radius: f64) -> f64 {
     let d = (center - p).length();
     if d <= radius { 4.0 * PI } else { TAU * cone_height((radius / d) * (radius / d)) }
+}
+
+/// Row `sphere` of `Prepared::spheres`. Power: 4 pi^2 r^2 L, twice that where both sides emit; see `triangle::emitter`.
+pub fn emitter(
+    center: [f32; 3],
+    radius: f32,
+    sphere: u32,
+    material: u32,
+    mean_radiance: DVec3,
+    two_sided: bool,
+) -> Emitter {
+    let r = f64::from(radius);
+    let luminance = emitted_luminance(mean_radiance);
+    let emits = r > 0.0 && r.is_finite() && center.iter().all(|x| x.is_finite()) && luminance > 0.0;
+    let sides = if two_sided { 2.0 } else { 1.0 };
+    let b = [radius, 0.0, 0.0];
+    let record = LightRecord { kind: LIGHT_SPHERE, a: center, b, material, shape: sphere, ..LightRecord::default() };
+    Emitter { record, power: if emits { kept_positive(sides * 4.0 * PI * PI * r * r * luminance, true) } else { 0.0 } }
+}
+
+pub fn connect(world: &dyn Surroundings, light: &LightRecord, p: DVec3, u: [f64; 2]) -> Connection {
+    let (center, radius) = (vector(light.a), f64::from(light.b[0]));
+    let s = sample(p, center, radius, u);
+    let normal = (p + s.distance * s.wi - center).normalize();
+    let is_front = is_outside(p, center, radius);
+    let radiance = world.emission(light.material, Place::Sphere(light.shape, normal), is_front);
+    let primitive = world.prepared().spheres[light.shape as usize].primitive;
+    Connection { wi: s.wi, distance: s.distance, radiance, pdf: s.pdf, primitive }
+}
+
+fn density(light: &LightRecord, p: DVec3, _wi: DVec3, _distance: f64, is_front: bool) -> f64 {
+    let (center, radius) = (vector(light.a), f64::from(light.b[0]));
+    // The side that the point does not see: reached through the sphere itself, which light sampling does not try.
+    if is_outside(p, center, radius) == is_front { pdf(p, center, radius) } else { 0.0 }
 }
 
 #[cfg(test)]

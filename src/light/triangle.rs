@@ -5,7 +5,14 @@
 //! The kernels (shaders/light/triangle.glsl) solve for the same point by half-angle tangents, Arvo's text is followed here; the
 //! two agree in gate 3. Which side emits is the caller's test. A pdf of 0 means that there is no sample: seen exactly edge-on.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
+
+use super::{Connection, Emitter, LIGHT_TRIANGLE, Place, Reach, Surroundings, emitted_luminance, kept_positive, vector};
+use crate::prepare::records::LightRecord;
+
+pub const REACH: Reach = Reach::Surface(density);
 
 /// Below, the vertices' directions differ in too few bits (the same limit as pbrt's).
 pub const SOLID_ANGLE_MIN: f64 = 3e-4;
@@ -95,6 +102,35 @@ fn barycentrics(p: DVec3, v: [DVec3; 3], wi: DVec3) -> (f64, f64) {
     let b2 = (w.dot(e1) * inv).clamp(0.0, 1.0);
     let sum = (b1 + b2).max(1.0);
     (b1 / sum, b2 / sum)
+}
+
+/// A triangle of the scene, front counter-clockwise. Power: pi A L, twice that where both sides emit. `mean_radiance` is that over
+/// the triangle, or over its texture: any channel > 0 where the emission is > 0 anywhere.
+pub fn emitter(v: [[f32; 3]; 3], face: u32, material: u32, mean_radiance: DVec3, two_sided: bool) -> Emitter {
+    let [v0, v1, v2] = v.map(vector);
+    let area = 0.5 * (v1 - v0).cross(v2 - v0).length();
+    let luminance = emitted_luminance(mean_radiance);
+    // A triangle without area, or with a vertex that is no number, cannot be hit.
+    let emits = area > 0.0 && area.is_finite() && luminance > 0.0;
+    let sides = if two_sided { 2.0 } else { 1.0 };
+    let record = LightRecord { kind: LIGHT_TRIANGLE, a: v[0], b: v[1], c: v[2], material, shape: face, ..LightRecord::default() };
+    Emitter { record, power: if emits { kept_positive(sides * PI * area * luminance, true) } else { 0.0 } }
+}
+
+fn vertices(light: &LightRecord) -> [DVec3; 3] {
+    [light.a, light.b, light.c].map(vector)
+}
+
+pub fn connect(world: &dyn Surroundings, light: &LightRecord, p: DVec3, u: [f64; 2]) -> Connection {
+    let v = vertices(light);
+    let s = sample(p, v, u);
+    let is_front = s.wi.dot((v[1] - v[0]).cross(v[2] - v[0])) < 0.0;
+    let radiance = world.emission(light.material, Place::Face(light.shape, [s.b1, s.b2]), is_front);
+    Connection { wi: s.wi, distance: s.distance, radiance, pdf: s.pdf, primitive: light.shape }
+}
+
+fn density(light: &LightRecord, p: DVec3, wi: DVec3, distance: f64, _is_front: bool) -> f64 {
+    pdf(p, vertices(light), wi, distance)
 }
 
 #[cfg(test)]

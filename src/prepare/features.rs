@@ -7,6 +7,7 @@ use super::pattern::{Node, Role, Structure};
 use super::records::*;
 use crate::bsdf;
 use crate::integrator::{Estimator, IntegratorKind, SamplerKind, Settings};
+use crate::light;
 
 /// Derived once by `Features::of`.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,10 +20,8 @@ pub struct Features {
     pub spheres: bool,
     pub sky: bool,
     pub sky_image: bool,
-    /// Lights that next-event estimation can choose.
-    pub light_triangles: bool,
-    pub light_spheres: bool,
-    pub light_sky: bool,
+    /// Kinds of light that next-event estimation can choose, ascending numbers of `light::KINDS`.
+    pub lights: Vec<usize>,
     pub smooth_normals: bool,
     pub tangents: bool,
     pub uvs: bool,
@@ -53,7 +52,9 @@ impl Features {
     pub fn of(p: &Prepared, settings: &Settings) -> Self {
         let has = |bit: u32| p.materials.iter().any(|m| m.flags & bit != 0);
         let uses_lights = settings.estimator != Estimator::Bsdf;
-        let light = |kind: u32| uses_lights && p.lights.iter().any(|l| l.kind == kind);
+        let mut lights: Vec<usize> = p.lights.iter().filter(|_| uses_lights).map(|l| l.kind as usize).collect();
+        lights.sort_unstable();
+        lights.dedup();
         let texture = |bit: u32| p.textures.iter().any(|t| t.flags & bit != 0);
         let wrap = |mode: u32| {
             p.textures
@@ -72,9 +73,7 @@ impl Features {
             spheres: !p.spheres.is_empty(),
             sky: p.has_sky,
             sky_image: !p.sky_texels.is_empty(),
-            light_triangles: light(LIGHT_TRIANGLE),
-            light_spheres: light(LIGHT_SPHERE),
-            light_sky: light(LIGHT_SKY),
+            lights,
             smooth_normals: !p.normals.is_empty(),
             tangents: has(MATERIAL_TANGENT) && !(p.tangents.is_empty() && p.spheres.is_empty()),
             uvs: !p.uvs.is_empty(),
@@ -133,7 +132,7 @@ impl Features {
             *flag = true;
         }
         if self.estimator != Estimator::Bsdf {
-            (self.light_triangles, self.light_spheres, self.light_sky) = (true, true, true);
+            self.lights = (0..light::KINDS.len()).collect();
         }
         self.bsdf_macros.iter_mut().for_each(|m| m.1 = true);
         for (model, description) in bsdf::MODELS.iter().enumerate() {
@@ -149,7 +148,28 @@ impl Features {
 
     /// Light sampling is in the text.
     pub fn next_event(&self) -> bool {
-        self.light_triangles || self.light_spheres || self.light_sky
+        !self.lights.is_empty()
+    }
+
+    /// Lights of the kind with this number (`light::LIGHT_*`) are sampled.
+    pub fn samples_light(&self, kind: u32) -> bool {
+        self.lights.contains(&(kind as usize))
+    }
+
+    /// Some light that is sampled can also be run into on a surface.
+    pub fn surface_lights(&self) -> bool {
+        self.lights.iter().any(|&k| matches!(light::KINDS[k].reach, light::Reach::Surface(_)))
+    }
+
+    /// Kinds whose text a kernel needs: those sampled, and those that a ray leaving the scene sees.
+    pub fn light_texts(&self) -> impl Iterator<Item = &'static light::Kind> {
+        let is_needed = |k: usize| self.lights.contains(&k) || self.backgrounds().any(|b| b == k);
+        (0..light::KINDS.len()).filter(move |&k| is_needed(k)).map(|k| &light::KINDS[k])
+    }
+
+    /// Kinds that a ray leaving the scene sees.
+    pub fn backgrounds(&self) -> impl Iterator<Item = usize> {
+        self.sky.then_some(light::LIGHT_SKY as usize).into_iter()
     }
 
     /// Every macro of the kernel's text, always 0 or 1.
@@ -162,10 +182,10 @@ impl Features {
             ("HAS_SPHERES", self.spheres),
             ("HAS_SKY", self.sky),
             ("SKY_IMAGE", self.sky_image),
-            ("LIGHT_TRIANGLES", self.light_triangles),
-            ("LIGHT_SPHERES", self.light_spheres),
-            ("LIGHT_SKIES", self.light_sky),
+            ("HAS_BACKGROUND", self.backgrounds().next().is_some()),
+            ("IN_KERNEL", true),
             ("NEXT_EVENT", self.next_event()),
+            ("HAS_SURFACE_LIGHTS", self.surface_lights()),
             ("ESTIMATOR_MIS", self.estimator == Estimator::Mis),
             ("ESTIMATOR_LIGHT", self.estimator == Estimator::Light),
             ("HAS_NORMALS", self.smooth_normals),
@@ -183,6 +203,7 @@ impl Features {
             ("TEXTURE_HAS_MIRROR", self.texture_mirror),
             ("TEXTURE_HAS_CLAMP", self.texture_clamp),
         ];
+        d.extend(light::KINDS.iter().enumerate().map(|(k, kind)| (kind.has_macro, self.lights.contains(&k))));
         d.extend(self.bsdf_macros.iter().copied());
         d
     }

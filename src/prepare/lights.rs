@@ -1,48 +1,18 @@
-//! The light tables: every emissive triangle and sphere and the sky, chosen in proportion to power, and the cells of the sky.
+//! The light tables: every emitter and the sky, chosen in proportion to power, and the cells of the sky.
 //!
-//! Power: pi A L for a triangle, 4 pi^2 r^2 L for a sphere, twice that where both sides emit; pi R^2 times the integral of L for
-//! a sky, R the radius of the scene's bounding sphere, but not more than all others together. L is the mean luminance of the
-//! radiance. What emits nothing gets no row; what emits keeps a positive probability, however small its power.
-//! Tests: lights_tests.rs.
+//! Each kind says its own power (src/light); here the sky's: pi R^2 times the integral of L, R the radius of the scene's bounding
+//! sphere, but not more than all others together. L is luminance. What emits nothing gets no row; what emits keeps a positive
+//! probability, however small its power. Tests: lights_tests.rs.
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
-
-use crate::light::{alias::AliasTable, sky_table};
+use crate::light::{Emitter, LIGHT_SKY, alias::AliasTable, kept_positive, sky_table};
 use crate::prepare::records::*;
 use crate::scene;
 
-/// A triangle that emits. Vertices as in its `TriangleRecord` (rebased, front counter-clockwise).
-#[derive(Clone, Copy, Debug)]
-pub struct EmissiveTriangle {
-    pub v0: [f32; 3],
-    pub v1: [f32; 3],
-    pub v2: [f32; 3],
-    pub material: u32,
-    /// `TriangleRecord::face`.
-    pub face: u32,
-    /// Mean over the triangle, or over the texture; any channel > 0 where the emission is > 0 anywhere.
-    pub mean_radiance: DVec3,
-    pub two_sided: bool,
-}
-
-/// A sphere that emits, as in its `SphereRecord`.
-#[derive(Clone, Copy, Debug)]
-pub struct EmissiveSphere {
-    pub center: [f32; 3],
-    pub radius: f32,
-    pub material: u32,
-    /// Row of `Prepared::spheres`, which is leaf order.
-    pub sphere: u32,
-    pub mean_radiance: DVec3,
-    pub two_sided: bool,
-}
-
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LightInput<'a> {
-    pub triangles: &'a [EmissiveTriangle],
-    pub spheres: &'a [EmissiveSphere],
+    pub emitters: &'a [Emitter],
     /// The sky and `Scene::images`.
     pub sky: Option<(&'a scene::Sky, &'a [scene::Image])>,
     /// Radius of the bounding sphere of the scene, metres; 1 is taken where it is 0 or not finite.
@@ -59,10 +29,8 @@ pub struct LightTables {
     pub sky: SkyRecord,
     pub sky_texels: Vec<SkyTexelRecord>,
     pub sky_alias: Vec<AliasRecord>,
-    /// Row of `lights`, or NONE, of each `LightInput::triangles`.
-    pub triangle_light: Vec<u32>,
-    /// The same of each `LightInput::spheres`.
-    pub sphere_light: Vec<u32>,
+    /// Row of `lights`, or NONE, of each `LightInput::emitters`.
+    pub rows: Vec<u32>,
     /// What was repaired, one sentence each.
     pub notes: Vec<String>,
 }
@@ -86,25 +54,20 @@ impl From<LightError> for crate::error::Error {
 pub fn build(input: &LightInput) -> Result<LightTables, LightError> {
     let mut tables = LightTables { sky: black_sky(), ..LightTables::default() };
     let mut powers = Vec::new();
-    for t in input.triangles {
-        let light = add_light(&mut tables.lights, &mut powers, triangle_power(t), || triangle_record(t));
-        tables.triangle_light.push(light);
-    }
-    for s in input.spheres {
-        let light = add_light(&mut tables.lights, &mut powers, sphere_power(s), || sphere_record(s));
-        tables.sphere_light.push(light);
+    for emitter in input.emitters {
+        let row = add_light(&mut tables.lights, &mut powers, emitter);
+        tables.rows.push(row);
     }
     if let Some((sky, images)) = input.sky {
         let integral = add_sky(&mut tables, sky, images, input.compensate)?;
         let radius = if input.scene_radius > 0.0 && input.scene_radius.is_finite() { input.scene_radius } else { 1.0 };
-        // Kept positive where the product underflows, see `positive`.
-        let power = positive(PI * radius * radius * integral, integral > 0.0);
+        let power = kept_positive(PI * radius * radius * integral, integral > 0.0);
         // Not more than all the others together: its power grows with the square of the scene, and over a wide floor a lamp
         // would be chosen once in a thousand although it lights what is near it as much as the sky does.
         let others: f64 = powers.iter().sum();
         let power = if others > 0.0 { power.min(others) } else { power };
         let record = LightRecord { kind: LIGHT_SKY, material: NONE, shape: NONE, ..LightRecord::default() };
-        tables.sky.light = add_light(&mut tables.lights, &mut powers, power, || record);
+        tables.sky.light = add_light(&mut tables.lights, &mut powers, &Emitter { record, power });
     }
     if let Some(table) = AliasTable::new(&powers) {
         for (light, &pmf) in tables.lights.iter_mut().zip(&table.pmf) {
@@ -116,72 +79,13 @@ pub fn build(input: &LightInput) -> Result<LightTables, LightError> {
 }
 
 /// Row of the new light, or NONE when it has no power.
-fn add_light(
-    lights: &mut Vec<LightRecord>,
-    powers: &mut Vec<f64>,
-    power: f64,
-    record: impl Fn() -> LightRecord,
-) -> u32 {
-    if power.is_nan() || power <= 0.0 {
+fn add_light(lights: &mut Vec<LightRecord>, powers: &mut Vec<f64>, emitter: &Emitter) -> u32 {
+    if emitter.power.is_nan() || emitter.power <= 0.0 {
         return NONE;
     }
-    lights.push(record());
-    powers.push(power);
+    lights.push(emitter.record);
+    powers.push(emitter.power);
     lights.len() as u32 - 1
-}
-
-/// A light that emits must not lose its probability to underflow.
-fn positive(power: f64, emits: bool) -> f64 {
-    if emits && power == 0.0 { f64::MIN_POSITIVE } else { power }
-}
-
-fn mean_luminance(radiance: DVec3) -> f64 {
-    // NaN and negative channels emit nothing.
-    sky_table::luminance(radiance.to_array().map(|x| if x > 0.0 { x } else { 0.0 }))
-}
-
-fn triangle_power(t: &EmissiveTriangle) -> f64 {
-    let [v0, v1, v2] = [t.v0, t.v1, t.v2].map(|v| DVec3::from(v.map(f64::from)));
-    let area = 0.5 * (v1 - v0).cross(v2 - v0).length();
-    let luminance = mean_luminance(t.mean_radiance);
-    // A triangle without area, or with a vertex that is no number, cannot be hit.
-    let emits = area > 0.0 && area.is_finite() && luminance > 0.0;
-    let sides = if t.two_sided { 2.0 } else { 1.0 };
-    if emits { positive(sides * PI * area * luminance, true) } else { 0.0 }
-}
-
-fn sphere_power(s: &EmissiveSphere) -> f64 {
-    let r = f64::from(s.radius);
-    let luminance = mean_luminance(s.mean_radiance);
-    let emits = r > 0.0 && r.is_finite() && s.center.iter().all(|x| x.is_finite()) && luminance > 0.0;
-    let sides = if s.two_sided { 2.0 } else { 1.0 };
-    if emits { positive(sides * 4.0 * PI * PI * r * r * luminance, true) } else { 0.0 }
-}
-
-fn triangle_record(t: &EmissiveTriangle) -> LightRecord {
-    LightRecord {
-        a: t.v0,
-        kind: LIGHT_TRIANGLE,
-        b: t.v1,
-        material: t.material,
-        c: t.v2,
-        shape: t.face,
-        pmf: 0.0,
-        reserved: [0; 3],
-    }
-}
-
-fn sphere_record(s: &EmissiveSphere) -> LightRecord {
-    LightRecord {
-        a: s.center,
-        kind: LIGHT_SPHERE,
-        b: [s.radius, 0.0, 0.0],
-        material: s.material,
-        c: [0.0; 3],
-        shape: s.sphere,
-        pmf: 0.0,
-        reserved: [0; 3],
-    }
 }
 
 fn black_sky() -> SkyRecord {

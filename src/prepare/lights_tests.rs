@@ -1,17 +1,12 @@
+use glam::DVec3;
+
 use super::*;
-use crate::light::alias;
+use crate::light::{self, alias};
 use crate::scene::{Image, Pixels, Sky, SkyRadiance};
 
-fn triangle(size: f32, radiance: f64) -> EmissiveTriangle {
-    EmissiveTriangle {
-        v0: [0.0; 3],
-        v1: [size, 0.0, 0.0],
-        v2: [0.0, size, 0.0],
-        material: 3,
-        face: 7,
-        mean_radiance: DVec3::splat(radiance),
-        two_sided: false,
-    }
+fn triangle(size: f32, radiance: f64, two_sided: bool) -> Emitter {
+    let v = [[0.0; 3], [size, 0.0, 0.0], [0.0, size, 0.0]];
+    light::triangle::emitter(v, 7, 3, DVec3::splat(radiance), two_sided)
 }
 
 fn sky_image(width: u32, height: u32, pixels: Vec<f32>) -> Image {
@@ -22,19 +17,10 @@ const IMAGE_SKY: Sky = Sky { radiance: SkyRadiance::Image(0), rotation_rad: 0.0,
 
 #[test]
 fn lights_are_chosen_by_power() {
-    let two_sided = EmissiveTriangle { two_sided: true, ..triangle(1.0, 1.0) };
-    let sphere = EmissiveSphere {
-        center: [0.0; 3],
-        radius: 0.5,
-        material: 1,
-        sphere: 0,
-        mean_radiance: DVec3::ONE,
-        two_sided: false,
-    };
+    let sphere = light::sphere::emitter([0.0; 3], 0.5, 0, 1, DVec3::ONE, false);
     let sky = Sky { radiance: SkyRadiance::Uniform(DVec3::splat(0.5)), rotation_rad: 0.0, scale: 2.0 };
     let input = LightInput {
-        triangles: &[triangle(1.0, 1.0), two_sided],
-        spheres: &[sphere],
+        emitters: &[triangle(1.0, 1.0, false), triangle(1.0, 1.0, true), sphere],
         sky: Some((&sky, &[])),
         scene_radius: 2.0,
         compensate: true,
@@ -48,25 +34,25 @@ fn lights_are_chosen_by_power() {
     for (light, power) in t.lights.iter().zip(powers) {
         assert!((f64::from(light.pmf) / (power / sum) - 1.0).abs() < 1e-6);
     }
-    assert_eq!((t.triangle_light, t.sphere_light, t.sky.light), (vec![0, 1], vec![2], 3));
+    assert_eq!((t.rows, t.sky.light), (vec![0, 1, 2], 3));
     assert_eq!((t.sky.scale, t.sky.width), ([1.0; 3], 0));
     assert!(alias::choose_record(&t.light_alias, 4, u32::MAX, 0) == 3);
 }
 
 #[test]
 fn what_emits_nothing_has_no_row_and_what_emits_keeps_one() {
-    let nan = EmissiveTriangle { v1: [f32::NAN, 0.0, 0.0], ..triangle(1.0, 1.0) };
-    let triangles = [
-        triangle(1.0, 0.0),
-        triangle(0.0, 1.0),
+    let nan = triangle(f32::NAN, 1.0, false);
+    let emitters = [
+        triangle(1.0, 0.0, false),
+        triangle(0.0, 1.0, false),
         nan,
-        triangle(1.0, f64::NAN),
-        triangle(1.0, -1.0),
-        triangle(1.0, 1e-320),
-        triangle(1.0, 1.0),
+        triangle(1.0, f64::NAN, false),
+        triangle(1.0, -1.0, false),
+        triangle(1.0, 1e-320, false),
+        triangle(1.0, 1.0, false),
     ];
-    let t = build(&LightInput { triangles: &triangles, ..LightInput::default() }).unwrap();
-    assert_eq!(t.triangle_light, [NONE, NONE, NONE, NONE, NONE, 0, 1]);
+    let t = build(&LightInput { emitters: &emitters, ..LightInput::default() }).unwrap();
+    assert_eq!(t.rows, [NONE, NONE, NONE, NONE, NONE, 0, 1]);
     assert!(t.lights[0].pmf > 0.0 && t.lights[0].face_and_material() == (7, 3));
     assert_eq!(t.sky.light, NONE);
     let none = build(&LightInput::default()).unwrap();

@@ -14,6 +14,7 @@ use glam::DVec3;
 use crate::bvh::{self, Bvh};
 use crate::camera::perspective;
 use crate::integrator::{Estimator, Settings};
+use crate::light;
 use crate::scene::Scene;
 use pattern::Structure;
 use records::*;
@@ -160,41 +161,28 @@ fn attach_lights(p: &mut Prepared, scene: &Scene, emission: &[DVec3], compensate
     let is_two_sided = |material: u32| p.materials[material as usize].flags & MATERIAL_EMITS_TWO_SIDED != 0;
     let triangle_rows: Vec<usize> = (0..p.triangles.len()).filter(|&i| shines(p.triangles[i].material)).collect();
     let sphere_rows: Vec<usize> = (0..p.spheres.len()).filter(|&i| shines(p.spheres[i].material)).collect();
-    let triangles: Vec<lights::EmissiveTriangle> = triangle_rows
-        .iter()
-        .map(|&i| {
-            let TriangleRecord { v0, v1, v2, face, material, .. } = p.triangles[i];
-            let mean_radiance = emission[material as usize];
-            lights::EmissiveTriangle { v0, v1, v2, material, face, mean_radiance, two_sided: is_two_sided(material) }
-        })
-        .collect();
-    let spheres: Vec<lights::EmissiveSphere> = sphere_rows
-        .iter()
-        .map(|&i| {
-            let SphereRecord { center, radius, material, .. } = p.spheres[i];
-            // The light reads the sphere's record by its place in the table, which is leaf order.
-            let (sphere, mean_radiance) = (i as u32, emission[material as usize]);
-            lights::EmissiveSphere {
-                center,
-                radius,
-                material,
-                sphere,
-                mean_radiance,
-                two_sided: is_two_sided(material),
-            }
-        })
-        .collect();
+    let triangles = triangle_rows.iter().map(|&i| {
+        let TriangleRecord { v0, v1, v2, face, material, .. } = p.triangles[i];
+        light::triangle::emitter([v0, v1, v2], face, material, emission[material as usize], is_two_sided(material))
+    });
+    let spheres = sphere_rows.iter().map(|&i| {
+        let SphereRecord { center, radius, material, .. } = p.spheres[i];
+        // The light reads the sphere's record by its place in the table, which is leaf order.
+        let (row, radiance) = (i as u32, emission[material as usize]);
+        light::sphere::emitter(center, radius, row, material, radiance, is_two_sided(material))
+    });
+    let emitters: Vec<light::Emitter> = triangles.chain(spheres).collect();
     let tables = lights::build(&lights::LightInput {
-        triangles: &triangles,
-        spheres: &spheres,
+        emitters: &emitters,
         sky: scene.sky.as_ref().map(|s| (s, scene.images.as_slice())),
         scene_radius: p.bounding_radius(),
         compensate,
     })?;
-    for (&row, &light) in triangle_rows.iter().zip(&tables.triangle_light) {
+    let (triangle_lights, sphere_lights) = tables.rows.split_at(triangle_rows.len());
+    for (&row, &light) in triangle_rows.iter().zip(triangle_lights) {
         p.triangles[row].light = light;
     }
-    for (&row, &light) in sphere_rows.iter().zip(&tables.sphere_light) {
+    for (&row, &light) in sphere_rows.iter().zip(sphere_lights) {
         p.spheres[row].light = light;
     }
     p.has_sky = tables.sky.light != NONE;

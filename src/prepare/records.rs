@@ -147,7 +147,7 @@ gpu_record! {
     pub struct LightRecord {
         /// Triangle: vertex 0. Sphere: centre.
         a: [f32; 3],
-        /// LIGHT_*.
+        /// Place in `light::KINDS`.
         kind: u32,
         /// Triangle: vertex 1. Sphere: radius in x.
         b: [f32; 3],
@@ -162,9 +162,6 @@ gpu_record! {
         reserved: [u32; 3],
     }
 }
-pub const LIGHT_TRIANGLE: u32 = 0;
-pub const LIGHT_SPHERE: u32 = 1;
-pub const LIGHT_SKY: u32 = 2;
 
 gpu_record! {
     /// Two entries of an alias table (light/alias.rs). An entry is kept when the fraction word < threshold, else its alias is

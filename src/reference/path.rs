@@ -62,9 +62,9 @@ pub trait World: Sync {
     fn presence(&self, ray: &Ray, hit: &Hit) -> f64;
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface;
     fn absorption(&self, medium: u32) -> DVec3;
-    fn sky(&self, direction: DVec3) -> DVec3;
-    /// Density with which `sample_light` finds the sky in this direction, 1/sr.
-    fn sky_density(&self, direction: DVec3, estimator: Estimator) -> f64;
+    /// Gives each light that a ray leaving the scene sees: its radiance, and the density with which `sample_light` finds it in this
+    /// direction, 1/sr.
+    fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64));
     /// Density with which `sample_light` from `ray.origin` finds the emission at `hit`, 1/sr.
     fn emitter_density(&self, ray: &Ray, hit: &Hit) -> f64;
     fn sample_light(
@@ -152,29 +152,27 @@ pub fn trace<W: World>(
         // 1. Where the edge ends.
         sample.rays += 1;
         let hit = closest_present(world, random, &ray, vertex);
-        let weight = |light_density: &dyn Fn() -> f64| match (scatter_pdf, settings.estimator) {
+        let weight = |light_density: f64| match (scatter_pdf, settings.estimator) {
             (None, _) | (_, Estimator::Bsdf) => 1.0,
             // What light sampling cannot find counts whole.
-            (Some(_), Estimator::Light) => f64::from(u8::from(light_density() == 0.0)),
-            (Some(pdf), Estimator::Mis) => power_heuristic(pdf, light_density()),
+            (Some(_), Estimator::Light) => f64::from(u8::from(light_density == 0.0)),
+            (Some(pdf), Estimator::Mis) => power_heuristic(pdf, light_density),
         };
         // 2. Absorption on the way.
         if medium != NONE {
             throughput *= transmittance(world.absorption(medium), hit.map_or(f64::INFINITY, |h| h.t));
         }
-        // 3. The sky ends the path.
+        // 3. What is infinitely far away ends the path.
         let Some(hit) = hit else {
-            let sky = world.sky(ray.direction);
-            if sky != DVec3::ZERO {
-                let w = weight(&|| world.sky_density(ray.direction, settings.estimator));
-                sample.radiance += throughput * sky * w;
-            }
+            world.background(ray.direction, &mut |radiance, density| {
+                sample.radiance += throughput * radiance * weight(density);
+            });
             break;
         };
         // 4. Emission towards the viewer.
         let surface = world.surface(&ray, &hit);
         if surface.emission != DVec3::ZERO {
-            let w = weight(&|| world.emitter_density(&Ray { origin: from, ..ray }, &hit));
+            let w = weight(world.emitter_density(&Ray { origin: from, ..ray }, &hit));
             sample.radiance += throughput * surface.emission * w;
         }
         let wo_world = -ray.direction;

@@ -74,11 +74,6 @@ pub fn includes(f: &Features) -> Vec<String> {
     add(true, "bvh/spawn");
     add(true, "bvh/closest");
     add(f.next_event() && !f.alpha, "bvh/any");
-    add(f.next_event(), "light/alias");
-    add(f.sky, "light/sky");
-    add(f.light_triangles, "light/triangle");
-    add(f.light_spheres, "light/sphere");
-    add(f.next_event(), "light/choose");
     add(true, "bsdf/common");
     let mut seen: Vec<&str> = Vec::new();
     for shared in f.shared_bsdf_files() {
@@ -92,6 +87,14 @@ pub fn includes(f: &Features) -> Vec<String> {
     }
     add(true, &format!("camera/{}", camera::KEYWORD));
     list
+}
+
+/// GLSL files of the lights, which follow the surfaces and the path's state. Pure.
+pub fn light_includes(f: &Features) -> Vec<String> {
+    let shared = ["alias", "choose"].into_iter().filter(|_| f.next_event());
+    let common = ["common"].into_iter().filter(|_| f.next_event() || f.emission || f.backgrounds().next().is_some());
+    let stems = shared.chain(common).chain(f.light_texts().map(|k| k.keyword));
+    stems.map(|stem| format!("light/{stem}")).collect()
 }
 
 /// The whole text. `table_rows` gives the size of each needed table, for the choice of its body.
@@ -117,7 +120,11 @@ pub fn assemble(
     }
     source = file(source, "integrator/surface_point");
     source = source.part("<patterns>", dispatch::patterns(f)).part("<bsdfs>", dispatch::bsdfs(f));
-    for stem in ["surface", "state", "visibility", "emission", "scatter", "tally"] {
+    for stem in ["integrator/surface", "integrator/state"].map(str::to_owned).into_iter().chain(light_includes(f)) {
+        source = file(source, &stem);
+    }
+    source = source.part("<lights>", dispatch::lights(f));
+    for stem in ["visibility", "emission", "scatter", "tally"] {
         source = file(source, &format!("integrator/{stem}"));
     }
     for stem in [&*integrator, "film/slot", "kernel/render"] {

@@ -1,6 +1,7 @@
 //! Generated GLSL: pattern functions and the choice among the kinds a scene has. A single kind is a direct call.
 
 use crate::bsdf::{self, InputKind};
+use crate::light::{KINDS, Kind, Reach};
 use crate::prepare::features::Features;
 use crate::prepare::pattern::{Role, Structure};
 
@@ -154,4 +155,39 @@ pub fn bsdfs(f: &Features) -> String {
         }
     }
     text
+}
+
+/// `light_connect`, `light_density` over the kinds that are sampled, `light_background` over those a ray leaving the scene sees.
+pub fn lights(f: &Features) -> String {
+    let sampled = || f.lights.iter().map(|&k| &KINDS[k]);
+    let on_surfaces: Vec<&Kind> = sampled().filter(|k| matches!(k.reach, Reach::Surface(_))).collect();
+    let mut text = String::new();
+    if f.next_event() {
+        let kinds: Vec<&Kind> = sampled().collect();
+        let signature = "LightSample light_connect(PathState s, LightRecord light, vec3 p, vec2 u)";
+        text += &light_choice(signature, "light_sample_none()", &kinds, "connect(s, light, p, u)");
+    }
+    if !on_surfaces.is_empty() {
+        let signature = "float light_density(LightRecord light, vec3 p, vec3 wi, float distance, bool is_front)";
+        text += &light_choice(signature, "0.0", &on_surfaces, "density(light, p, wi, distance, is_front)");
+    }
+    let terms: Vec<String> = f.backgrounds().map(|k| format!("{}_light_arriving(s)", KINDS[k].keyword)).collect();
+    if !terms.is_empty() {
+        text += &format!("Spectrum light_background(PathState s) {{\n    return {};\n}}\n\n", terms.join(" + "));
+    }
+    text
+}
+
+/// One kind is a direct call.
+fn light_choice(signature: &str, default: &str, kinds: &[&Kind], call: &str) -> String {
+    let mut text = format!("{signature} {{\n");
+    if let [only] = kinds {
+        return text + &format!("    return {}_light_{call};\n}}\n\n", only.keyword);
+    }
+    let kind = signature.split(' ').next().expect("a signature begins with its type");
+    text += &format!("    {kind} r = {default};\n");
+    for k in kinds {
+        text += &format!("    if (light.kind == {}) {{\n        r = {}_light_{call};\n    }}\n", k.constant, k.keyword);
+    }
+    text + "    return r;\n}\n\n"
 }

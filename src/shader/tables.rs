@@ -2,6 +2,7 @@
 
 use crate::bsdf;
 use crate::film::slot;
+use crate::light;
 use crate::prepare::Prepared;
 use crate::prepare::features::Features;
 use crate::prepare::records::*;
@@ -51,7 +52,7 @@ pub const TABLES: &[TableEntry] = &[
     table!("light_alias", |f| f.next_event(), |p| rows_of(&p.light_alias)),
     table!("sky", SkyRecord, |f| f.sky, |p| rows_of(&[p.sky])),
     table!("sky_texels", SkyTexelRecord, |f| f.sky && f.sky_image, |p| rows_of(&p.sky_texels)),
-    table!("sky_alias", |f| f.light_sky && f.sky_image, |p| rows_of(&p.sky_alias)),
+    table!("sky_alias", |f| f.samples_light(light::LIGHT_SKY) && f.sky_image, |p| rows_of(&p.sky_alias)),
     table!("media", MediumRecord, |f| f.media, |p| rows_of(&p.media)),
     table!("ggx_albedo", |f| f.bsdf_table("ggx_albedo"), |_| rows_of(
         &bsdf::table_rows("ggx_albedo").unwrap_or_default()
@@ -98,13 +99,13 @@ pub fn shared_constants() -> String {
         TEXTURE_NEAREST,
         TEXTURE_SRGB,
         TEXTURE_HALF,
-        LIGHT_TRIANGLE,
-        LIGHT_SPHERE,
-        LIGHT_SKY,
         HIT_TRIANGLE,
         HIT_SPHERE,
     ];
     let mut text: String = list.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
+    for (number, kind) in light::KINDS.iter().enumerate() {
+        text += &format!("const uint {} = {number}u;\n", kind.constant);
+    }
     for (number, model) in bsdf::MODELS.iter().enumerate() {
         text += &format!("const uint BSDF_{} = {number}u;\n", model.keyword.to_uppercase());
     }

@@ -129,7 +129,7 @@ pub(super) fn with_sky(probe: Probe, kind: usize) -> Probe {
     ];
     probe
         .define("SKY_IMAGE", u32::from(t.sky.width > 0))
-        .define("LIGHT_SKIES", 1)
+        .define("HAS_LIGHT_SKY", 1)
         .prelude(&prelude.concat())
         .table("sky", bytemuck::cast_slice(&[t.sky]).to_vec())
         .table("sky_texels", bytemuck::cast_slice(&t.sky_texels).to_vec())

@@ -291,12 +291,11 @@ impl World for Independent<'_> {
         self.scene.materials[medium as usize].interior.map_or(DVec3::ZERO, |m| m.absorption)
     }
 
-    fn sky(&self, direction: DVec3) -> DVec3 {
-        self.lights.sky.radiance(direction)
-    }
-
-    fn sky_density(&self, direction: DVec3, _: Estimator) -> f64 {
-        self.lights.sky_density(direction)
+    fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64)) {
+        let radiance = self.lights.sky.radiance(direction);
+        if radiance != DVec3::ZERO {
+            visit(radiance, self.lights.sky_density(direction));
+        }
     }
 
     fn emitter_density(&self, ray: &Ray, hit: &Hit) -> f64 {

@@ -17,10 +17,10 @@ use super::tree::{Hit, Ray, Shape, Tree};
 use crate::bsdf::{InputKind, MODELS, Params};
 use crate::camera::perspective;
 use crate::integrator::{Estimator, SamplerKind, Settings};
-use crate::light::{alias, sky::SkyView, sphere, triangle};
+use crate::light::{self, Place, Reach, alias, sky::SkyView};
 use crate::prepare::Prepared;
 use crate::prepare::records::*;
-use crate::sampler;
+use crate::sampler::{self, Purpose};
 use pattern::Point;
 pub use stream::Stream;
 
@@ -145,11 +145,6 @@ impl Replay {
         }
     }
 
-    fn sky_view(&self) -> SkyView<'_> {
-        let p = &self.prepared;
-        SkyView { sky: &p.sky, texels: &p.sky_texels, alias: &p.sky_alias }
-    }
-
     fn pmf(&self, light: u32) -> f64 {
         self.prepared.lights.get(light as usize).map_or(0.0, |l| l.pmf.into())
     }
@@ -260,35 +255,25 @@ impl World for Replay {
         vec(self.prepared.media[medium as usize].absorption)
     }
 
-    fn sky(&self, direction: DVec3) -> DVec3 {
-        if self.prepared.has_sky { self.sky_view().radiance(direction) } else { DVec3::ZERO }
-    }
-
-    fn sky_density(&self, direction: DVec3, _: Estimator) -> f64 {
-        match self.prepared.sky.light {
-            NONE => 0.0,
-            light => self.pmf(light) * self.sky_view().pdf(direction),
+    fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64)) {
+        let p = &self.prepared;
+        if p.has_sky {
+            let view = SkyView::of(p);
+            let density = if p.sky.light == NONE { 0.0 } else { self.pmf(p.sky.light) * view.pdf(direction) };
+            visit(view.radiance(direction), density);
         }
     }
 
     fn emitter_density(&self, ray: &Ray, hit: &Hit) -> f64 {
-        let light = self.light(hit.primitive);
-        let Some(record) = self.prepared.lights.get(light as usize) else { return 0.0 };
-        let density = match record.kind {
-            LIGHT_TRIANGLE => {
-                let v = [record.a, record.b, record.c].map(vec);
-                triangle::pdf(ray.origin, v, ray.direction, hit.t)
-            }
-            LIGHT_SPHERE => {
-                let (center, radius) = (vec(record.a), f64::from(record.b[0]));
-                // The side that the point does not see: reached through the sphere itself, which light sampling does not try.
-                let is_front = ray.direction.dot(ray.at(hit.t) - center) < 0.0;
-                let is_seen = sphere::is_outside(ray.origin, center, radius) == is_front;
-                if is_seen { sphere::pdf(ray.origin, center, radius) } else { 0.0 }
-            }
-            _ => 0.0,
+        let row = self.light(hit.primitive);
+        let Some(record) = self.prepared.lights.get(row as usize) else { return 0.0 };
+        let Some(Reach::Surface(density)) = light::kind(record).map(|k| k.reach) else { return 0.0 };
+        let normal = match self.triangle(hit.primitive) {
+            Some(t) => (vec(t.v1) - vec(t.v0)).cross(vec(t.v2) - vec(t.v0)),
+            None => ray.at(hit.t) - vec(self.sphere(hit.primitive).center),
         };
-        self.pmf(light) * density
+        let is_front = ray.direction.dot(normal) < 0.0;
+        self.pmf(row) * density(record, ray.origin, ray.direction, hit.t, is_front)
     }
 
     fn sample_light(&self, point: DVec3, random: &Stream, vertex: u32, _: Estimator) -> Option<LightSample> {
@@ -300,50 +285,44 @@ impl World for Replay {
         }
         let index =
             alias::choose_record(&p.light_alias, count, word(sampler::LIGHT_INDEX), word(sampler::LIGHT_FRACTION));
-        let light = &p.lights[index as usize];
-        let pmf = self.pmf(index);
+        let record = &p.lights[index as usize];
         let u = [random.unit(vertex, sampler::LIGHT_U), random.unit(vertex, sampler::LIGHT_V)];
-        let sample = match light.kind {
-            LIGHT_TRIANGLE => {
-                let v = [light.a, light.b, light.c].map(vec);
-                let s = triangle::sample(point, v, u);
-                let material = &p.materials[light.material as usize];
-                let place = self.face_point(light.shape, [s.b1, s.b2]);
-                let is_front = s.wi.dot((v[1] - v[0]).cross(v[2] - v[0])) < 0.0;
-                LightSample {
-                    direction: s.wi,
-                    distance: s.distance,
-                    radiance: self.emission(material, &place, is_front) * self.alpha(material, &place),
-                    density: pmf * s.pdf,
-                    primitive: light.shape,
-                }
-            }
-            LIGHT_SPHERE => {
-                let (center, radius) = (vec(light.a), f64::from(light.b[0]));
-                let s = sphere::sample(point, center, radius, u);
-                let record = &p.spheres[light.shape as usize];
-                let material = &p.materials[light.material as usize];
-                let place = self.sphere_point(record, (point + s.distance * s.wi - center).normalize());
-                let is_front = sphere::is_outside(point, center, radius);
-                LightSample {
-                    direction: s.wi,
-                    distance: s.distance,
-                    radiance: self.emission(material, &place, is_front) * self.alpha(material, &place),
-                    density: pmf * s.pdf,
-                    primitive: record.primitive,
-                }
-            }
-            _ => {
-                let s = self.sky_view().sample(word(sampler::SKY_INDEX), word(sampler::SKY_FRACTION), u);
-                LightSample {
-                    direction: s.wi,
-                    distance: f64::INFINITY,
-                    radiance: s.radiance,
-                    density: pmf * s.pdf,
-                    primitive: NONE,
-                }
-            }
+        let c = (light::kind(record)?.connect)(&Vertex { world: self, random, vertex }, record, point, u);
+        let density = self.pmf(index) * c.pdf;
+        let sample = LightSample {
+            direction: c.wi,
+            distance: c.distance,
+            radiance: c.radiance,
+            density,
+            primitive: c.primitive,
         };
-        (sample.density > 0.0).then_some(sample)
+        (density > 0.0).then_some(sample)
+    }
+}
+
+/// Where a light is sampled from.
+struct Vertex<'a> {
+    world: &'a Replay,
+    random: &'a Stream,
+    vertex: u32,
+}
+
+impl light::Surroundings for Vertex<'_> {
+    fn prepared(&self) -> &Prepared {
+        &self.world.prepared
+    }
+
+    fn word(&self, purpose: Purpose) -> u32 {
+        self.random.bits(self.vertex, purpose)
+    }
+
+    fn emission(&self, material: u32, place: Place, is_front: bool) -> DVec3 {
+        let world = self.world;
+        let material = &world.prepared.materials[material as usize];
+        let point = match place {
+            Place::Face(face, b) => world.face_point(face, b),
+            Place::Sphere(row, normal) => world.sphere_point(&world.prepared.spheres[row as usize], normal),
+        };
+        world.emission(material, &point, is_front) * world.alpha(material, &point)
     }
 }
