@@ -29,7 +29,7 @@ void add_emission(inout PathState s, Surface surface, MaterialRecord material, f
     if (surface.light != NONE) {
         // Solid-angle density with which `light_sample` would have found this emitter's front or back, choice included.
         density = light_density(LightRecord_load_lights(surface.light), s.from, s.ray.d, distance, is_front)
-            * light_pmf(s.from, vec3(0.0), surface.light);
+            * light_pmf(s.from, s.from_normal, surface.light);
     }
 #endif
     Spectrum emitted = shines ? material_emission(material, surface.point) : Spectrum(0.0);

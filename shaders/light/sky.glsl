@@ -110,7 +110,7 @@ Spectrum sky_light_arriving(PathState s) {
 #if HAS_LIGHT_SKY
     // Everything-on has a sky's text in scenes without one: its row is no light's.
     uint light = SkyRecord_load_sky(0u).light;
-    density = light != NONE ? sky_pdf(s.ray.d) * light_pmf(s.from, vec3(0.0), light) : 0.0;
+    density = light != NONE ? sky_pdf(s.ray.d) * light_pmf(s.from, s.from_normal, light) : 0.0;
 #endif
     return sky_radiance(s.ray.d) * emission_weight(s, density);
 }
