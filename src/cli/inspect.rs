@@ -36,6 +36,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
         return Ok(Exit::Done);
     }
     let mut inspection = inspect::inspect(&prepared, &settings);
+    inspection.variants = scene.variants.clone();
     match selected {
         Selected::Vulkan(device) => inspection.kernels = Some(inspect::kernels(&device, &prepared, &settings)?),
         Selected::Cpu { .. } => say("no Vulkan device: the kernels are not compiled"),

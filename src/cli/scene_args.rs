@@ -9,6 +9,12 @@ use steradian::scene::{self, Scene, Sky, SkyRadiance};
 pub struct SceneArgs {
     /// Scene file: .toml, .gltf or .glb
     pub scene: PathBuf,
+    /// Material variant of a glTF file (KHR_materials_variants); `inspect` lists their names
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Scene of a glTF file that holds several, counted from 0 [default: the file's]
+    #[arg(long = "scene", value_name = "N")]
+    pub scene_number: Option<usize>,
     /// Image size in pixels; else the scene's
     #[arg(long, value_name = "WxH", value_parser = super::parse_size)]
     pub size: Option<(u32, u32)>,
@@ -37,7 +43,8 @@ pub struct SceneArgs {
 impl SceneArgs {
     /// The scene as it will be rendered: flags applied, then a camera and a light where none is given.
     pub fn load(&self) -> anyhow::Result<Scene> {
-        let mut scene = scene::format::load(&self.scene)?;
+        let choice = scene::Choice { variant: self.variant.as_deref(), scene: self.scene_number };
+        let mut scene = scene::load_choice(&self.scene, choice)?;
         if let Some((width, height)) = self.size {
             (scene.film.width, scene.film.height) = (width, height);
         }

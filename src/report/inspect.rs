@@ -21,6 +21,8 @@ pub struct Inspection {
     /// Distinct pattern functions that the materials share.
     pub patterns: usize,
     pub textures: usize,
+    /// Material variants that the scene's files offer.
+    pub variants: Vec<String>,
     pub lights: usize,
     pub bvh_nodes: usize,
     pub bvh_depth: u32,
@@ -62,6 +64,7 @@ pub fn inspect(prepared: &Prepared, settings: &Settings) -> Inspection {
         materials: prepared.materials.len(),
         patterns: prepared.structures.len(),
         textures: prepared.textures.len(),
+        variants: Vec::new(),
         lights: prepared.lights.len(),
         bvh_nodes: prepared.bvh.nodes.len(),
         bvh_depth: prepared.bvh.depth,
@@ -119,6 +122,9 @@ impl Inspection {
             self.bvh_nodes,
             self.bvh_depth
         );
+        if !self.variants.is_empty() {
+            text += &format!("material variants: {}\n", self.variants.join(", "));
+        }
         text += &format!("in:  {}\nout: {}\n", self.features_in.join(" "), self.features_out.join(" "));
         text += "table            bytes\n";
         for (name, bytes) in &self.tables {

@@ -9,7 +9,7 @@ pub mod format;
 
 pub use complete::{bounds, ensure_light, frame_camera};
 pub use error::Error;
-pub use format::load;
+pub use format::{Choice, load, load_choice};
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -30,6 +30,8 @@ pub struct Scene {
     pub meshes: Vec<Mesh>,
     pub instances: Vec<Instance>,
     pub sky: Option<Sky>,
+    /// Names of the material variants its file offers.
+    pub variants: Vec<String>,
     /// What was reported and left out while reading (unsupported optional extensions, skipped primitives, degenerate input).
     pub notes: Vec<String>,
 }

@@ -2,6 +2,7 @@
 
 mod assets;
 mod bad;
+mod gltf;
 mod skies;
 #[path = "../support/triangle.rs"]
 mod triangle;

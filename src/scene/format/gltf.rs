@@ -3,7 +3,8 @@
 //! Shaded: metallic-roughness with all its textures, vertex colours, two coordinate sets, normal maps (tangents from
 //! the file, else MikkTSpace), emission, alpha masks and blending, and the extensions in `SHADED`. Read and reported, but
 //! left out: points, lines, skins, animations, morph targets, orthographic cameras, further coordinate sets, and the
-//! extensions in `KNOWN`. A required extension in neither list is an error. Everything reported is in `Scene::notes`.
+//! extensions in `PLAINER`. A required extension in no list here is an error. Everything reported is in `Scene::notes`. An unlit material (KHR_materials_unlit) is black and shines with its base colour, 1 for
+//! white, so that no light changes how it looks; as what shines here lights its surroundings, it does so too.
 //! Single-sided surfaces are seen from both sides; their emission leaves the front only.
 //! Tests: tests/formats, on files made to be wrong and on the sample models.
 
@@ -14,12 +15,14 @@ mod materials;
 mod meshes;
 mod nodes;
 mod textures;
+mod variants;
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
 use glam::{DAffine3, DMat3};
 
+use super::Choice;
 use super::toml::is_invertible;
 use crate::scene::{Camera, Error, Instance, Scene, Shape};
 use buffers::File;
@@ -33,15 +36,19 @@ const SHADED: &[&str] = &[
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_node_visibility",
     "KHR_texture_transform",
 ];
 
+/// Extensions that say nothing about a still picture.
+const SILENT: &[&str] = &["KHR_animation_pointer", "KHR_xmp", "KHR_xmp_json_ld"];
+
 /// Extensions that may be left out without the file losing its shape: the surface looks plainer, a light is missing.
-const KNOWN: &[&str] = &[
-    "KHR_animation_pointer",
+const PLAINER: &[&str] = &[
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -51,11 +58,7 @@ const KNOWN: &[&str] = &[
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_sheen",
     "KHR_materials_specular",
-    "KHR_materials_unlit",
-    "KHR_materials_variants",
     "KHR_materials_volume_scatter",
-    "KHR_xmp",
-    "KHR_xmp_json_ld",
 ];
 
 /// A model, and where its parts stand in the file.
@@ -67,14 +70,15 @@ pub struct Loaded {
     pub node_source: Vec<usize>,
 }
 
-pub fn load(path: &Path) -> Result<Loaded, Error> {
+pub fn load(path: &Path, choice: Choice<'_>) -> Result<Loaded, Error> {
     let file = container::open(path)?;
     let mut scene = Scene { source: path.to_path_buf(), ..Default::default() };
     check_extensions(&file, &mut scene.notes)?;
     note_motion(&file.document, &mut scene.notes);
-    let placed = nodes::placed(&file, &mut scene.notes)?;
+    let variant = variants::chosen(&file, choice.variant, &mut scene)?;
+    let placed = nodes::placed(&file, choice.scene, &mut scene.notes)?;
     let mut builder =
-        Builder { file: &file, scene, primitives: HashMap::new(), uses: Vec::new(), node_source: Vec::new() };
+        Builder { file: &file, scene, variant, primitives: HashMap::new(), uses: Vec::new(), node_source: Vec::new() };
     for entry in &placed {
         builder.node(entry)?;
     }
@@ -84,6 +88,8 @@ pub fn load(path: &Path) -> Result<Loaded, Error> {
 struct Builder<'f> {
     file: &'f File<'f>,
     scene: Scene,
+    /// Number of the variant that materials are taken from.
+    variant: Option<usize>,
     /// (mesh, primitive) of the file to a mesh of the scene; None where nothing could be seen.
     primitives: HashMap<(usize, usize), Option<usize>>,
     /// For each instance, the material of the file it wears, and how.
@@ -103,7 +109,7 @@ impl Builder<'_> {
         let transforms = instancing(self.file, node, &place)?;
         for number in 0..entry.primitives.len() {
             let Some(index) = self.primitive(mesh, number)? else { continue };
-            let material = entry.primitives[number].material;
+            let material = variants::material(&entry.primitives[number], self.variant);
             if let Some(material) = material {
                 let place = meshes::place(&self.file.document, mesh, number);
                 self.file.at(&self.file.document.materials, material, "material", &place)?;
@@ -133,7 +139,8 @@ impl Builder<'_> {
         if let Some(known) = self.primitives.get(&(mesh, number)) {
             return Ok(*known);
         }
-        let index = match meshes::read(self.file, mesh, number, &mut self.scene.notes)? {
+        let material = variants::material(&self.file.document.meshes[mesh].primitives[number], self.variant);
+        let index = match meshes::read(self.file, (mesh, number), material, &mut self.scene.notes)? {
             meshes::Read::Nothing => None,
             meshes::Read::Mesh(mesh) => {
                 self.scene.meshes.push(*mesh);
@@ -153,7 +160,7 @@ impl Builder<'_> {
             return Ok(());
         };
         if self.scene.camera.is_placed {
-            self.scene.notes.push(format!("{place}: further camera left out, the first is taken"));
+            self.scene.notes.push("the file has several perspective cameras, the first is taken".into());
             return Ok(());
         }
         if !(perspective.yfov > 0.0 && perspective.yfov < std::f64::consts::PI) {
@@ -235,8 +242,9 @@ fn instancing(file: &File<'_>, node: &Node, place: &str) -> Result<Vec<DAffine3>
 
 fn check_extensions(file: &File<'_>, notes: &mut Vec<String>) -> Result<(), Error> {
     let document = &file.document;
-    let is_read = |name: &str| SHADED.contains(&name) || KNOWN.contains(&name);
-    if let Some(name) = document.extensions_required.iter().find(|n| !is_read(n)) {
+    let is_read = |name: &str| SHADED.contains(&name) || SILENT.contains(&name);
+    let is_plainer = |name: &str| PLAINER.contains(&name);
+    if let Some(name) = document.extensions_required.iter().find(|n| !is_read(n) && !is_plainer(n)) {
         let reason = format!("the file requires {name}, which is not supported; export it without, or convert it");
         return Err(file.error("extensionsRequired", reason));
     }
@@ -244,11 +252,11 @@ fn check_extensions(file: &File<'_>, notes: &mut Vec<String>) -> Result<(), Erro
         let names: BTreeSet<&str> = document.extensions_used.iter().map(String::as_str).filter(|n| keep(n)).collect();
         names.into_iter().collect::<Vec<_>>().join(", ")
     };
-    let plain = named(&|n| KNOWN.contains(&n));
+    let plain = named(&is_plainer);
     if !plain.is_empty() {
         notes.push(format!("extensions known but not shaded yet: {plain}"));
     }
-    let unknown = named(&|n| !is_read(n));
+    let unknown = named(&|n| !is_read(n) && !is_plainer(n));
     if !unknown.is_empty() {
         notes.push(format!("optional extensions not supported, left out: {unknown}"));
     }
@@ -261,7 +269,7 @@ fn note_motion(document: &Document, notes: &mut Vec<String>) {
     }
     let skinned = document.nodes.iter().filter(|n| n.skin.is_some() && n.mesh.is_some()).count();
     if skinned > 0 {
-        notes.push(format!("{skinned} skinned meshes stand as modelled, without their skin"));
+        notes.push(format!("{skinned} skinned meshes stand in their bind pose, as modelled"));
     }
 }
 

@@ -10,13 +10,32 @@ use std::path::Path;
 
 use super::{Error, Scene};
 
-/// Reads a scene file. The camera may be unplaced and the light missing: see `scene::frame_camera`, `scene::ensure_light`.
+/// What to take of a file that offers several.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Choice<'a> {
+    /// Name of a material variant (KHR_materials_variants); None takes the materials that the primitives name.
+    pub variant: Option<&'a str>,
+    /// Number of the scene, from 0; None takes the file's default.
+    pub scene: Option<usize>,
+}
+
+/// `load_choice` without a choice.
 pub fn load(path: &Path) -> Result<Scene, Error> {
+    load_choice(path, Choice::default())
+}
+
+/// Reads a scene file. The camera may be unplaced and the light missing: see `scene::frame_camera`, `scene::ensure_light`.
+pub fn load_choice(path: &Path, choice: Choice<'_>) -> Result<Scene, Error> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let refuse = |reason: String| Err(Error::Format { path: path.to_path_buf(), reason });
+    let is_chosen = choice.variant.is_some() || choice.scene.is_some();
     let mut scene = match extension.as_str() {
+        "gltf" | "glb" => gltf::load(path, choice).map(|loaded| loaded.scene),
+        "toml" if is_chosen => refuse(
+            "a variant or a scene is chosen in a .gltf or .glb file; here write `variant` or `scene` in its [[model]]"
+                .into(),
+        ),
         "toml" => toml::load(path),
-        "gltf" | "glb" => gltf::load(path).map(|loaded| loaded.scene),
         "obj" | "ply" => refuse(format!(
             ".{extension} files are not read yet; convert it to .glb, or give its triangles in a .toml scene"
         )),

@@ -46,9 +46,16 @@ document! {
         cameras: Vec<Camera>,
         animations: Vec<serde::de::IgnoredAny>,
         skins: Vec<serde::de::IgnoredAny>,
+        extensions: DocumentExtensions,
         extensions_used: Vec<String>,
         extensions_required: Vec<String>,
     }
+    DocumentExtensions {
+        #[serde(rename = "KHR_materials_variants")]
+        variants: Option<Variants>,
+    }
+    Variants { variants: Vec<Variant> }
+    Variant { name: String }
     Asset { version: String, min_version: Option<String> }
     SceneList { name: Option<String>, nodes: Vec<usize> }
     Node {
@@ -78,7 +85,14 @@ document! {
         material: Index,
         mode: u32 = 4,
         targets: Vec<serde::de::IgnoredAny>,
+        extensions: PrimitiveExtensions,
     }
+    PrimitiveExtensions {
+        #[serde(rename = "KHR_materials_variants")]
+        variants: Option<VariantMappings>,
+    }
+    VariantMappings { mappings: Vec<VariantMapping> }
+    VariantMapping { material: usize, variants: Vec<usize> }
     Camera { r#type: String, perspective: Option<Perspective> }
     Perspective { yfov: f64 }
     Accessor {
@@ -96,7 +110,7 @@ document! {
     BufferView { buffer: usize, byte_offset: u64, byte_length: u64, byte_stride: Option<u64> }
     Buffer { uri: Option<String>, byte_length: u64 }
     Image { name: Option<String>, uri: Option<String>, buffer_view: Index }
-    Sampler { mag_filter: Option<u32>, wrap_s: u32 = 10497, wrap_t: u32 = 10497 }
+    Sampler { mag_filter: Option<u32>, min_filter: Option<u32>, wrap_s: u32 = 10497, wrap_t: u32 = 10497 }
     Texture { sampler: Index, source: Index, extensions: TextureExtensions }
     TextureExtensions {
         #[serde(rename = "EXT_texture_webp")]
@@ -134,9 +148,12 @@ document! {
         ior: Option<Ior>,
         #[serde(rename = "KHR_materials_transmission")]
         transmission: Option<Transmission>,
+        #[serde(rename = "KHR_materials_unlit")]
+        unlit: Option<Unlit>,
         #[serde(rename = "KHR_materials_volume")]
         volume: Option<Volume>,
     }
+    Unlit {}
     EmissiveStrength { emissive_strength: f64 = 1.0 }
     Ior { ior: f64 = 1.5 }
     Transmission { transmission_factor: f64, transmission_texture: Option<TextureInfo> }

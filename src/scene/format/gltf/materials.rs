@@ -3,7 +3,7 @@
 //!
 //! base colour = (factor * texture) * vertex colour. Emission is factor * strength * texture, on both sides of
 //! double-sided materials. `thin` is 0 only where KHR_materials_volume gives a thickness: then light refracts into the
-//! medium behind, with absorption = -ln(attenuation colour) / attenuation distance.
+//! medium behind, with absorption = -ln(attenuation colour) / attenuation distance. An unlit material is emission only.
 
 use glam::DVec3;
 
@@ -48,6 +48,10 @@ pub fn build(
     }
     if wear.has_color {
         base_color = times(base_color, Value::VertexColor);
+    }
+    if entry.extensions.unlit.is_some() {
+        let alpha = alpha(entry, &base_color, &place, &mut scene.notes);
+        return Ok(unlit(&name, base_color, alpha));
     }
     let (mut metallic, mut roughness) = (Value::scalar(pbr.metallic_factor), Value::scalar(pbr.roughness_factor));
     if let Some(info) = &pbr.metallic_roughness_texture {
@@ -101,6 +105,16 @@ pub fn build(
         };
     }
     Ok(material)
+}
+
+/// A black surface that shines with its base colour on both sides.
+fn unlit(name: &str, base_color: Value, alpha: Alpha) -> Material {
+    let model = MODELS.iter().position(|m| m.keyword == "lambert").expect("bsdf_list! holds lambert");
+    let mut material = plain_material(name, model);
+    material.inputs.fill(Value::scalar(0.0));
+    let is_black = matches!(&base_color, Value::Constant(c) if c[..3] == [0.0; 3]);
+    material.emission = (!is_black).then_some(base_color);
+    Material { emission_two_sided: true, alpha, ..material }
 }
 
 pub fn place(entry: &Entry, index: usize) -> String {

@@ -13,8 +13,13 @@ pub enum Read {
     Nothing,
 }
 
-/// Reads primitive `number` of mesh `index`.
-pub fn read(file: &File<'_>, index: usize, number: usize, notes: &mut Vec<String>) -> Result<Read, Error> {
+/// Reads primitive `number` of mesh `index`, which will wear `material`.
+pub fn read(
+    file: &File<'_>,
+    (index, number): (usize, usize),
+    material: Option<usize>,
+    notes: &mut Vec<String>,
+) -> Result<Read, Error> {
     let entry = &file.document.meshes[index];
     let primitive = &entry.primitives[number];
     let name = place(&file.document, index, number);
@@ -63,7 +68,7 @@ pub fn read(file: &File<'_>, index: usize, number: usize, notes: &mut Vec<String
         notes.push(format!("{name}: no triangle in it, left out"));
         return Ok(Read::Nothing);
     }
-    if let Some(set) = normal_map_set(&file.document, primitive)
+    if let Some(set) = normal_map_set(&file.document, material)
         && mesh.tangents.is_none()
         && mesh.uvs[set].is_some()
     {
@@ -84,9 +89,9 @@ pub fn place(document: &Document, index: usize, number: usize) -> String {
     place
 }
 
-/// The coordinates a normal map of this primitive's material lives in.
-fn normal_map_set(document: &Document, primitive: &Primitive) -> Option<usize> {
-    let material = document.materials.get(primitive.material?)?;
+/// The coordinates a normal map of this material lives in.
+fn normal_map_set(document: &Document, material: Option<usize>) -> Option<usize> {
+    let material = document.materials.get(material?)?;
     Some(if material.normal_texture.as_ref()?.uv_set() == 1 { 1 } else { 0 })
 }
 

@@ -17,12 +17,13 @@ pub struct Placed {
 /// Deeper trees are refused: no model needs them, and a file could hold millions of levels.
 const MAX_DEPTH: usize = 1024;
 
-/// Nodes below the file's default scene, else its first, else below every root; parents before children.
-pub fn placed(file: &File<'_>, notes: &mut Vec<String>) -> Result<Vec<Placed>, Error> {
+/// Nodes below scene `chosen`, else the file's default scene, else its first, else below every root; parents before children.
+pub fn placed(file: &File<'_>, chosen: Option<usize>, notes: &mut Vec<String>) -> Result<Vec<Placed>, Error> {
     let nodes = &file.document.nodes;
     let scenes = &file.document.scenes;
-    let roots: Vec<usize> = match (file.document.scene, scenes.first()) {
-        (Some(index), _) => file.at(scenes, index, "scene", "the default scene")?.nodes.clone(),
+    let asked_by = if chosen.is_some() { "the choice of a scene" } else { "the default scene" };
+    let roots: Vec<usize> = match (chosen.or(file.document.scene), scenes.first()) {
+        (Some(index), _) => file.at(scenes, index, "scene", asked_by)?.nodes.clone(),
         (None, Some(first)) => first.nodes.clone(),
         (None, None) => {
             let mut is_child = vec![false; nodes.len()];
@@ -38,7 +39,8 @@ pub fn placed(file: &File<'_>, notes: &mut Vec<String>) -> Result<Vec<Placed>, E
         }
     };
     if scenes.len() > 1 {
-        notes.push(format!("scene {} of {} taken", file.document.scene.unwrap_or(0), scenes.len()));
+        let taken = chosen.or(file.document.scene).unwrap_or(0);
+        notes.push(format!("scene {taken} of {} taken, counted from 0; --scene chooses another", scenes.len()));
     }
     // The way down to each node, so that a cycle can be told from a node with two parents.
     let mut parent: Vec<Option<Option<usize>>> = vec![None; nodes.len()];

@@ -136,6 +136,8 @@ pub const MESH: Section = section!("[[shape]] type = \"mesh\"", "Triangles writt
 
 pub const MODEL: Section = section!("[[model]]", "A .gltf or .glb file. Its camera is used when the scene has no `[camera]`.",
     "file": "path" = "required"; "beside the scene file",
+    "variant": "string" = "its own materials"; "name of a material variant (KHR_materials_variants)",
+    "scene": "integer" = "its default"; "number of the scene in the file, from 0",
     "scale": "number or [x, y, z]" = "1"; "as for shapes",
     "rotate_deg": "[x, y, z] or number" = "0"; "as for shapes",
     "rotate_axis": "[x, y, z]" = "none"; "as for shapes",

@@ -8,7 +8,7 @@ use super::table::Table;
 use super::transform::transform;
 use super::{Builder, keys};
 use crate::scene::format::gltf;
-use crate::scene::{Error, Scene, Shape, SkyRadiance, Texture, Value};
+use crate::scene::{Choice, Error, Scene, Shape, SkyRadiance, Texture, Value};
 
 /// What one model added to the scene's lists.
 pub struct Brought {
@@ -33,7 +33,9 @@ impl<'a> Builder<'a> {
                 return Err(table.error("file", "must be a .gltf or .glb file"));
             }
             let place = transform(&table)?;
-            let loaded = gltf::load(&path).map_err(|e| table.error("file", format!("cannot be used: {e}")))?;
+            let scene = table.whole("scene", 0..1 << 32)?.map(|n| n as usize);
+            let choice = Choice { variant: table.text("variant")?, scene };
+            let loaded = gltf::load(&path, choice).map_err(|e| table.error("file", format!("cannot be used: {e}")))?;
             let mut model = loaded.scene;
             for instance in &mut model.instances {
                 instance.to_world = place * instance.to_world;
@@ -175,6 +177,7 @@ fn append(scene: &mut Scene, mut other: Scene) {
     scene.materials.append(&mut other.materials);
     scene.meshes.append(&mut other.meshes);
     scene.instances.append(&mut other.instances);
+    scene.variants.append(&mut other.variants);
     scene.notes.append(&mut other.notes);
     if !scene.camera.is_placed && other.camera.is_placed {
         scene.camera = other.camera;
