@@ -1,7 +1,8 @@
 // One invocation fills one slot: the samples of one block at one pixel. Paths are regenerated in place: a lane whose path has ended
 // begins its next sample in the same iteration, so that lanes of a subgroup stay busy.
 
-PathState path_begin(uint pixel, uint sample_index) {
+// `rays` is how many it took to begin: a meter is served by light sampling at once.
+PathState path_begin(uint pixel, uint sample_index, out uint rays) {
     PathState s;
     s.id = sample_id(pixel, sample_index, SEED);
     s.hash = hash_combine(hash_combine(SEED, pixel), sample_index);
@@ -9,17 +10,23 @@ PathState path_begin(uint pixel, uint sample_index) {
     CameraRecord camera = CameraRecord_load_camera(0u);
     vec2 film = vec2(float(pixel % WIDTH), float(pixel / WIDTH))
         + vec2(u01(path_word(s, PIXEL_X)), u01(path_word(s, PIXEL_Y)));
-    s.ray = Ray(vec3(0.0), perspective_direction(camera, film), INFINITY);
-    s.throughput = Spectrum(1.0);
+    CameraRay start = camera_ray(camera, film, s.id);
+    s.ray = Ray(start.o, start.d, INFINITY);
+    s.throughput = Spectrum(start.weight);
     s.radiance = Spectrum(0.0);
     s.pdf = 0.0;
     s.eta_scale = 1.0;
 #if NEXT_EVENT
-    s.from = vec3(0.0);
-    s.from_normal = vec3(0.0);
+    s.from = start.o;
+    s.from_normal = start.receiver;
 #endif
 #if HAS_MEDIA
     s.medium = camera.medium;
+#endif
+    rays = 0u;
+#if HAS_RECEIVER
+    s.pdf = dot(start.d, start.receiver) * INV_PI;
+    rays = receive(s, start.receiver);
 #endif
     return s;
 }
@@ -38,7 +45,9 @@ void main() {
     uint sample_index = first_sample;
     Tally tally = tally_new();
     Spectrum sum = Spectrum(0.0);
-    PathState state = path_begin(pixel, sample_index);
+    uint rays;
+    PathState state = path_begin(pixel, sample_index, rays);
+    tally.rays += rays;
     bool is_running = true;
     while (is_running) {
         bool goes_on = integrator_step(state, tally);
@@ -46,7 +55,8 @@ void main() {
             sum += tally_sample(tally, state.radiance, sample_index);
             is_running = sample_index != last_sample;
             sample_index += 1u;
-            state = path_begin(pixel, sample_index);
+            state = path_begin(pixel, sample_index, rays);
+            tally.rays += is_running ? rays : 0u;
         }
     }
     slot_write(slot, sum, tally);

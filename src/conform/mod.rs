@@ -5,6 +5,7 @@
 //! path state with f64 (`probe`); a function that no row names is listed in `coverage` with the gate that covers it, or fails.
 
 pub mod bsdf;
+pub mod camera;
 pub mod coverage;
 pub mod images;
 pub mod inputs;

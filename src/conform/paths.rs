@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::report::{Gate, GateRow, Verdict, is_wanted};
 use super::subject::Subject;
-use super::{images, replay};
+use super::{camera, images, replay};
 use crate::error::Error;
 use crate::integrator::{Estimator, Settings};
 use crate::reference::{known, scenes};
@@ -36,8 +36,9 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     let scenes = scenes::all(scale.size);
     let (models, missing) = models(scale.size);
     let known = known::all();
+    let cameras = camera::scenes(scale.size / 2);
     let mut list: Vec<(Gate, String, Run)> = Vec::new();
-    for scene in scenes.iter().chain(&models) {
+    for scene in scenes.iter().chain(&models).chain(&cameras) {
         let row = move |s: &Subject| replay::row(s, scene, &Settings::default());
         list.push((Gate::Replay, format!("replay {}", scene.name), Box::new(row)));
     }
@@ -45,7 +46,7 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
         let row = move |s: &Subject| images::closed_form(s, known, Estimator::Mis, scale.closed_form_spp);
         list.push((Gate::Images, format!("closed form {}", known.name), Box::new(row)));
     }
-    for scene in scenes.iter().chain(&models) {
+    for scene in scenes.iter().chain(&models).chain(&cameras) {
         let row = move |s: &Subject| {
             let oracle = images::oracle(scene, scale.spp);
             images::against_oracle(s, scene, Estimator::Mis, &oracle)
@@ -58,7 +59,7 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
             list.push((Gate::Images, format!("estimators {} {other:?}", scene.name).to_lowercase(), Box::new(row)));
         }
     }
-    for scene in scenes.iter().chain(&models) {
+    for scene in scenes.iter().chain(&models).chain(&cameras) {
         let row = move |s: &Subject| images::specialised(s, scene, 16);
         list.push((Gate::Specialised, format!("specialised {}", scene.name), Box::new(row)));
     }

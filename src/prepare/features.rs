@@ -6,6 +6,7 @@ use super::Prepared;
 use super::pattern::{Node, Role, Structure};
 use super::records::*;
 use crate::bsdf;
+use crate::camera;
 use crate::integrator::{Estimator, IntegratorKind, SamplerKind, Settings};
 use crate::light;
 
@@ -16,6 +17,8 @@ pub struct Features {
     pub sampler: SamplerKind,
     pub estimator: Estimator,
     pub aovs: bool,
+    /// Cameras in the text, ascending numbers of `camera::MODELS`: the scene's.
+    pub cameras: Vec<usize>,
     pub triangles: bool,
     pub spheres: bool,
     pub sky: bool,
@@ -69,6 +72,7 @@ impl Features {
             sampler: settings.sampler,
             estimator: settings.estimator,
             aovs: settings.aovs,
+            cameras: vec![p.camera.kind as usize],
             triangles: !p.triangles.is_empty(),
             spheres: !p.spheres.is_empty(),
             sky: p.has_sky,
@@ -143,7 +147,20 @@ impl Features {
             }
         }
         self.bsdfs = (0..bsdf::MODELS.len()).collect();
+        // No picture is taken by a meter: only the scene's own is there.
+        let own = self.cameras.clone();
+        self.cameras = (0..camera::MODELS.len()).filter(|k| !camera::MODELS[*k].is_meter || own.contains(k)).collect();
         self
+    }
+
+    /// The start of a path is served by light sampling.
+    pub fn receiver(&self) -> bool {
+        self.next_event() && self.cameras.iter().any(|&k| camera::MODELS[k].receives)
+    }
+
+    /// A surface meter's tables are in the text.
+    pub fn sensor_elements(&self) -> bool {
+        self.cameras.iter().any(|&k| camera::MODELS[k].has_elements)
     }
 
     /// Light sampling is in the text.
@@ -176,6 +193,7 @@ impl Features {
     pub fn defines(&self) -> Vec<(&'static str, bool)> {
         let mut d = vec![
             ("AOVS", self.aovs),
+            ("HAS_RECEIVER", self.receiver()),
             ("HAS_TRIANGLES", self.triangles),
             // Closed meshes stay closed where an edge function is exactly 0 in f32.
             ("TRIANGLE_EXACT_EDGES", true),

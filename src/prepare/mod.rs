@@ -12,7 +12,7 @@ pub mod records;
 use glam::DVec3;
 
 use crate::bvh::{self, Bvh};
-use crate::camera::perspective;
+use crate::camera;
 use crate::integrator::{Estimator, Settings};
 use crate::light;
 use crate::scene::Scene;
@@ -26,10 +26,9 @@ pub enum Error {
     Transform { instance: String, what: &'static str },
     #[error("the scene has {count} {what}, more than the limit of {limit}; split it or simplify its meshes")]
     TooMany { what: &'static str, count: usize, limit: usize },
-    #[error(
-        "the camera's {what}; give it a finite position, a direction and a field of view between 0 and 180 degrees"
-    )]
-    Camera { what: &'static str },
+    /// A sentence of `camera`.
+    #[error("{0}")]
+    Camera(String),
     #[error("an image of {width}x{height} pixels cannot be rendered; both sides must be between 1 and 65536")]
     Film { width: u32, height: u32 },
     #[error(transparent)]
@@ -47,6 +46,10 @@ pub struct Prepared {
     /// World position of the origin of all records (the camera's position).
     pub origin: DVec3,
     pub camera: CameraRecord,
+    /// Of a surface meter.
+    pub sensor_elements: Vec<SensorElementRecord>,
+    /// Alias table over `sensor_elements`, by area.
+    pub sensor_alias: Vec<AliasRecord>,
     /// Nodes and the leaf order of `triangles` and `spheres`.
     pub bvh: Bvh,
     /// In leaf order.
@@ -146,7 +149,9 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
     if !has_face_tangents {
         p.tangents.clear();
     }
-    p.camera = perspective::record(&scene.camera, &scene.film).map_err(|what| Error::Camera { what })?;
+    p.camera = camera::record(scene).map_err(Error::Camera)?;
+    let elements = camera::elements(scene).map_err(Error::Camera)?;
+    (p.sensor_elements, p.sensor_alias) = (elements.records, elements.alias);
     p.camera.medium = materials::camera_medium(&p);
     attach_lights(&mut p, scene, &resolved.emission, settings.estimator == Estimator::Mis)?;
     Ok(p)

@@ -10,20 +10,44 @@ pub const HIT_TRIANGLE: u32 = 0;
 pub const HIT_SPHERE: u32 = 1;
 
 gpu_record! {
-    /// Perspective camera at the origin. Camera ray through film position (x, y) in pixels, row 0 on top:
-    /// `d = normalize(forward + (x * inv_size.x - 1) * right + (1 - y * inv_size.y) * up)`, inv_size = 2/(width, height).
+    /// The camera, at the origin; shared by all kinds (src/camera), which say what they read. Film position (x, y) in pixels, row 0 on
+    /// top, is `(x * inv_width - 1) * right + (1 - y * inv_height) * up` on the camera's plane.
     pub struct CameraRecord {
         forward: [f32; 3],
         /// 2 / width.
         inv_width: f32,
-        /// Scaled by tan(fov_y/2) * width/height.
+        /// As long as half the plane's width.
         right: [f32; 3],
         /// 2 / height.
         inv_height: f32,
-        /// Scaled by tan(fov_y/2).
+        /// As long as half the plane's height.
         up: [f32; 3],
         /// Medium the camera stands in, a row of `media`, or NONE.
         medium: u32,
+        /// Radius of the lens in units of `right` and of `up`.
+        lens: [f32; 2],
+        /// Of the plane of focus along the view, m.
+        focus_distance: f32,
+        /// Position in `camera::MODELS`.
+        kind: u32,
+    }
+}
+
+gpu_record! {
+    /// A triangle or sphere of a surface meter, front counter-clockwise, outside.
+    pub struct SensorElementRecord {
+        /// Triangle: vertex 0. Sphere: centre.
+        a: [f32; 3],
+        /// HIT_TRIANGLE or HIT_SPHERE.
+        kind: u32,
+        /// Triangle: vertex 1. Sphere: radius in x.
+        b: [f32; 3],
+        /// Its share of the area over the probability that the table chooses it: 1 up to rounding.
+        weight: f32,
+        /// Triangle: vertex 2.
+        c: [f32; 3],
+        /// 1: the front is measured, -1: the back.
+        side: f32,
     }
 }
 

@@ -26,7 +26,7 @@ pub fn camera(from: DVec3, at: DVec3, fov_y_rad: f64) -> Camera {
     let up = if z.y.abs() > 0.99 { DVec3::Z } else { DVec3::Y };
     let x = up.cross(z).normalize();
     let to_world = DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), from);
-    Camera { to_world, fov_y_rad, is_placed: true }
+    Camera { to_world, projection: Projection::Perspective { fov_y_rad }, is_placed: true }
 }
 
 /// A material of model `keyword` with the model's defaults, `set` overriding by input name.

@@ -9,6 +9,7 @@
 pub mod independent;
 pub mod known;
 pub mod path;
+mod receiver;
 pub mod render;
 pub mod replay;
 pub mod scenes;

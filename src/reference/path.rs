@@ -6,9 +6,11 @@
 
 use glam::{DVec2, DVec3};
 
+use super::receiver::receive;
 use super::surface::Surface;
 use super::tree::{Hit, Ray, Tree};
 use crate::bsdf::{SAMPLE_DELTA, SAMPLE_TRANSMISSION};
+use crate::camera::Start;
 use crate::integrator::path::{power_heuristic, survival_probability};
 use crate::integrator::{Estimator, Settings};
 use crate::prepare::records::NONE;
@@ -52,8 +54,8 @@ pub trait World: Sync {
     fn size(&self) -> [u32; 2];
     /// The numbers of one sample of a pixel.
     fn stream(&self, seed: u32, pixel: [u32; 2], sample: u64) -> Self::Stream;
-    /// Unit direction through a film position in pixels, row 0 on top, and where it starts.
-    fn camera_ray(&self, film: DVec2) -> (DVec3, DVec3);
+    /// The start of a sample through a film position in pixels, row 0 on top.
+    fn camera_start(&self, film: DVec2, random: &Self::Stream) -> Start;
     fn camera_medium(&self) -> u32;
     fn tree(&self) -> &Tree;
     /// Some hit may be passed through.
@@ -122,7 +124,7 @@ pub fn luminance(rgb: DVec3) -> f64 {
 }
 
 /// Fraction of light left after `distance` metres. A channel without absorption stays 1 on infinite edges too.
-fn transmittance(absorption: DVec3, distance: f64) -> DVec3 {
+pub(super) fn transmittance(absorption: DVec3, distance: f64) -> DVec3 {
     let channel = |a: f64| if a > 0.0 { (-a * distance).exp() } else { 1.0 };
     DVec3::new(channel(absorption.x), channel(absorption.y), channel(absorption.z))
 }
@@ -137,17 +139,24 @@ pub fn trace<W: World>(
 ) -> Sample {
     let random = &world.stream(settings.seed, pixel, sample_index);
     let jitter = DVec2::new(random.unit(0, sampler::PIXEL_X), random.unit(0, sampler::PIXEL_Y));
-    let (origin, direction) = world.camera_ray(DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + jitter);
-    let mut ray = Ray { origin, direction, leaves: NONE, ignores: NONE };
+    let start = world.camera_start(DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + jitter, random);
+    let mut ray = Ray { origin: start.origin, direction: start.direction, leaves: NONE, ignores: NONE };
     let mut medium = world.camera_medium();
-    let mut throughput = DVec3::ONE;
+    let mut throughput = DVec3::splat(start.weight);
     let mut eta_scale = 1.0;
     let mut sample = Sample::default();
     let mut vertex = 0;
     // Density of the last scattering; None where light sampling had no chance (camera, delta lobe).
     let mut scatter_pdf: Option<f64> = None;
     // Where light was last sampled from: densities of emitters run into are for this very point.
-    let mut from = origin;
+    let mut from = start.origin;
+    // A meter that collects from a hemisphere is served like a surface.
+    if let Some(normal) = start.receiver {
+        let (light, rays) = receive(world, settings, random, &start, normal);
+        sample.radiance += throughput * light;
+        sample.rays += rays;
+        scatter_pdf = Some(start.direction.dot(normal) / std::f64::consts::PI);
+    }
     for edge in 1..=settings.edges() {
         // 1. Where the edge ends.
         sample.rays += 1;
@@ -299,7 +308,7 @@ fn closest_present<W: World>(world: &W, random: &W::Stream, ray: &Ray, vertex: u
     Some(hit)
 }
 
-fn is_blocked<W: World>(world: &W, random: &W::Stream, ray: &Ray, distance: f64, vertex: u32) -> bool {
+pub(super) fn is_blocked<W: World>(world: &W, random: &W::Stream, ray: &Ray, distance: f64, vertex: u32) -> bool {
     world
         .tree()
         .any(ray, distance, |hit| !world.has_alpha() || is_present(world, random, ray, hit, vertex, RayKind::Shadow))

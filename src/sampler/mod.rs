@@ -93,6 +93,12 @@ dimensions! {
     /// Which cell of the sky: alias table index word and fraction word.
     SKY_INDEX = (5, 0);
     SKY_FRACTION = (5, 1);
+    /// Where on the lens, or on a meter's element (vertex 0).
+    LENS_U = (6, 0);
+    LENS_V = (6, 1);
+    /// Which element of a surface meter: alias table index word and fraction word (vertex 0).
+    SENSOR_INDEX = (7, 0);
+    SENSOR_FRACTION = (7, 1);
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Scene, Shape, Sky, SkyRadiance, Value};
+use super::{Projection, Scene, Shape, Sky, SkyRadiance, Value};
 
 /// Axis-aligned bounds of all instances in world space, f64; None when the scene holds no finite point.
 pub fn bounds(scene: &Scene) -> Option<(DVec3, DVec3)> {
@@ -43,7 +43,8 @@ pub fn bounds(scene: &Scene) -> Option<(DVec3, DVec3)> {
 }
 
 /// Places the camera when nothing else did: a three-quarter view from the front right, slightly above, such that the
-/// corners of the bounds stay inside 95 % of both fields of view. An empty scene is looked at from 5 m.
+/// corners of the bounds stay inside 95 % of both fields of view. An empty scene is looked at from 5 m. A lens is focused on the
+/// middle, an orthographic view made large enough.
 pub fn frame_camera(scene: &mut Scene) {
     if scene.camera.is_placed {
         return;
@@ -59,14 +60,28 @@ pub fn frame_camera(scene: &mut Scene) {
     let right = DVec3::Y.cross(back).normalize();
     let up = back.cross(right);
     let aspect = f64::from(scene.film.width.max(1)) / f64::from(scene.film.height.max(1));
-    let tan_y = (scene.camera.fov_y_rad * 0.5).tan() * 0.95;
+    let fov_y_rad = match scene.camera.projection {
+        Projection::Perspective { fov_y_rad } | Projection::ThinLens { fov_y_rad, .. } => fov_y_rad,
+        // From afar enough for the others too.
+        _ => 40f64.to_radians(),
+    };
+    let tan_y = (fov_y_rad * 0.5).tan() * 0.95;
     let tan_x = tan_y * aspect;
     // A corner at offset c is inside when |c.right| <= tan_x (distance - c.back), and likewise for up.
     let mut distance: f64 = 0.0;
+    let mut seen: f64 = 0.0;
     for corner in 0..8 {
         let sign = |bit: i32| if corner & (1 << bit) != 0 { 1.0 } else { -1.0 };
         let c = half * DVec3::new(sign(0), sign(1), sign(2));
         distance = distance.max(c.dot(back) + (c.dot(right).abs() / tan_x).max(c.dot(up).abs() / tan_y));
+        seen = seen.max((c.dot(right).abs() / aspect).max(c.dot(up).abs()) / 0.95);
+    }
+    match &mut scene.camera.projection {
+        Projection::ThinLens { focus_distance, .. } => *focus_distance = focus_distance.or(Some(distance)),
+        Projection::Orthographic { half_width, half_height } if half_width.max(*half_height) == 0.0 => {
+            *half_height = seen;
+        }
+        _ => {}
     }
     scene.camera.to_world =
         DAffine3 { matrix3: DMat3::from_cols(right, up, back), translation: center + back * distance };

@@ -36,20 +36,49 @@ pub struct Scene {
     pub notes: Vec<String>,
 }
 
-/// Perspective camera. `to_world` maps camera space (x right, y up, looking along -z) to world.
+/// `to_world` maps camera space (x right, y up, looking along -z) to world.
 #[derive(Clone, Debug)]
 pub struct Camera {
     pub to_world: DAffine3,
-    /// Vertical field of view, radians, in (0, pi).
-    pub fov_y_rad: f64,
+    pub projection: Projection,
     /// False until a file or flag places it: then `frame_camera` frames the bounds.
     pub is_placed: bool,
 }
 
 impl Default for Camera {
     fn default() -> Self {
-        Self { to_world: DAffine3::IDENTITY, fov_y_rad: 40f64.to_radians(), is_placed: false }
+        let projection = Projection::Perspective { fov_y_rad: 40f64.to_radians() };
+        Self { to_world: DAffine3::IDENTITY, projection, is_placed: false }
     }
+}
+
+/// Which rays the film collects. The meters are made by `measure` from the scene's sensors; no file names them as its camera.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Projection {
+    /// Vertical field of view, radians, in (0, pi).
+    Perspective { fov_y_rad: f64 },
+    /// Radius of the lens, m; distance of the plane of focus along the view, m, None until something is focused on.
+    ThinLens { fov_y_rad: f64, lens_radius: f64, focus_distance: Option<f64> },
+    /// Half of what must be seen, m; the film's shape may make one of them more.
+    Orthographic { half_width: f64, half_height: f64 },
+    /// All directions, laid out as a lat-long sky.
+    Panorama,
+    /// Radiance along -z.
+    MeterRay,
+    /// Irradiance on a small patch whose normal is -z.
+    MeterPoint,
+    /// Irradiance over shapes.
+    MeterSurface(SurfaceMeter),
+    /// Exitance of shapes.
+    MeterLeaving(SurfaceMeter),
+}
+
+/// One side of some shapes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceMeter {
+    /// Indices into `Scene::instances`.
+    pub shapes: Vec<usize>,
+    pub is_back: bool,
 }
 
 /// Image size in pixels and the number of samples a pixel to take when no stop is given.

@@ -24,7 +24,7 @@ pub struct Program {
 }
 
 /// Numbers fixed for a render. The id is the place in the list.
-const CONSTANTS: [&str; 5] = ["WIDTH", "MAX_DEPTH", "ROULETTE_EDGE", "SEED", "LIGHT_COUNT"];
+const CONSTANTS: [&str; 6] = ["WIDTH", "MAX_DEPTH", "ROULETTE_EDGE", "SEED", "LIGHT_COUNT", "ELEMENT_COUNT"];
 
 /// Invocations a workgroup; on lavapipe 8 to 256 made no difference above noise.
 pub const WORKGROUP: u32 = 64;
@@ -85,13 +85,20 @@ pub fn includes(f: &Features) -> Vec<String> {
     for &b in &f.bsdfs {
         add(true, &format!("bsdf/{}", bsdf::MODELS[b].keyword));
     }
-    add(true, &format!("camera/{}", camera::KEYWORD));
     list
+}
+
+/// GLSL files of the camera, which follow the lights: a surface meter reads an alias table too. Pure.
+pub fn camera_includes(f: &Features) -> Vec<String> {
+    let element = ["sensor_element"].into_iter().filter(|_| f.sensor_elements());
+    let own = f.cameras.iter().map(|&k| camera::MODELS[k].keyword);
+    ["common"].into_iter().chain(element).chain(own).map(|stem| format!("camera/{stem}")).collect()
 }
 
 /// GLSL files of the lights, which follow the surfaces and the path's state. Pure.
 pub fn light_includes(f: &Features) -> Vec<String> {
-    let shared = ["alias", "choose"].into_iter().filter(|_| f.next_event());
+    let is_needed = |stem: &&str| f.next_event() || (*stem == "alias" && f.sensor_elements());
+    let shared = ["alias", "choose"].into_iter().filter(is_needed);
     let common = ["common"].into_iter().filter(|_| f.next_event() || f.emission || f.backgrounds().next().is_some());
     let stems = shared.chain(common).chain(f.light_texts().map(|k| k.keyword));
     stems.map(|stem| format!("light/{stem}")).collect()
@@ -124,14 +131,22 @@ pub fn assemble(
         source = file(source, &stem);
     }
     source = source.part("<lights>", dispatch::lights(f));
+    for stem in camera_includes(f) {
+        source = file(source, &stem);
+    }
+    source = source.part("<cameras>", dispatch::cameras(f));
     for stem in ["visibility", "emission", "scatter", "tally"] {
         source = file(source, &format!("integrator/{stem}"));
+    }
+    if f.receiver() {
+        source = file(source, "integrator/receiver");
     }
     for stem in [&*integrator, "film/slot", "kernel/render"] {
         source = file(source, stem);
     }
     let (edges, roulette_edge) = (settings.edges(), settings.first_roulette_edge());
-    let values = [prepared.width, edges, roulette_edge, settings.seed, prepared.lights.len() as u32];
+    let (lights, elements) = (prepared.lights.len() as u32, prepared.sensor_elements.len() as u32);
+    let values = [prepared.width, edges, roulette_edge, settings.seed, lights, elements];
     Ok(Program { source, tables, constants: (0..).zip(values).collect() })
 }
 

@@ -1,6 +1,7 @@
 //! Generated GLSL: pattern functions and the choice among the kinds a scene has. A single kind is a direct call.
 
 use crate::bsdf::{self, InputKind};
+use crate::camera;
 use crate::light::{KINDS, Kind, Reach};
 use crate::prepare::features::Features;
 use crate::prepare::pattern::{Role, Structure};
@@ -190,4 +191,21 @@ fn light_choice(signature: &str, default: &str, kinds: &[&Kind], call: &str) -> 
         text += &format!("    if (light.kind == {}) {{\n        r = {}_light_{call};\n    }}\n", k.constant, k.keyword);
     }
     text + "    return r;\n}\n\n"
+}
+
+/// `camera_ray` over the kinds in the text: the scene's own, unless everything is on.
+pub fn cameras(f: &Features) -> String {
+    let call = |k: usize| format!("{}_ray(camera, film, id)", camera::MODELS[k].keyword);
+    let mut text = "CameraRay camera_ray(CameraRecord camera, vec2 film, SampleId id) {\n".to_owned();
+    match f.cameras[..] {
+        [only] => text += &format!("    return {};\n}}\n", call(only)),
+        _ => {
+            text += "    CameraRay r = camera_plain(vec3(0.0), camera.forward);\n";
+            for &k in &f.cameras {
+                text += &format!("    if (camera.kind == {k}u) {{\n        r = {};\n    }}\n", call(k));
+            }
+            text += "    return r;\n}\n";
+        }
+    }
+    text
 }

@@ -36,6 +36,8 @@ macro_rules! table {
 
 pub const TABLES: &[TableEntry] = &[
     table!("camera", CameraRecord, |_| true, |p| rows_of(&[p.camera])),
+    table!("sensor_elements", SensorElementRecord, |f| f.sensor_elements(), |p| rows_of(&p.sensor_elements)),
+    table!("sensor_alias", |f| f.sensor_elements(), |p| rows_of(&p.sensor_alias)),
     table!("bvh", |_| true, |p| rows_of(&p.bvh.nodes)),
     table!("triangles", TriangleRecord, |f| f.triangles, |p| rows_of(&p.triangles)),
     table!("spheres", SphereRecord, |f| f.spheres, |p| rows_of(&p.spheres)),

@@ -103,7 +103,7 @@ fn is_far_side(shape: &Shape, from: DVec3, cosine: f64) -> bool {
     matches!(shape, Shape::Sphere { center, radius } if cosine > 0.0 && from.distance(*center) > *radius * OUTSIDE)
 }
 
-fn area(shape: &Shape) -> f64 {
+pub(super) fn area(shape: &Shape) -> f64 {
     match shape {
         Shape::Triangle(v) => 0.5 * (v[1] - v[0]).cross(v[2] - v[0]).length(),
         Shape::Sphere { radius, .. } => 4.0 * PI * radius * radius,
@@ -111,7 +111,7 @@ fn area(shape: &Shape) -> f64 {
 }
 
 /// Uniform point: barycentric weights for a triangle (Turk 1990), position for a sphere (Archimedes).
-fn on_shape(shape: &Shape, u: [f64; 2]) -> ([f64; 2], DVec3) {
+pub(super) fn on_shape(shape: &Shape, u: [f64; 2]) -> ([f64; 2], DVec3) {
     match shape {
         Shape::Triangle(v) => {
             let root = u[0].sqrt();

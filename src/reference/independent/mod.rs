@@ -4,6 +4,7 @@
 //! up here, lights are listed and sampled by area here, and numbers come from a generator of its own. What it shares with the
 //! device is the description of the scene and the f64 BSDF models. The camera must have been placed.
 
+mod camera;
 mod light;
 mod random;
 mod value;
@@ -14,6 +15,7 @@ use super::path::{LightSample, World};
 use super::surface::Surface;
 use super::tree::{Hit, Ray, Shape, Tree, free_ray};
 use crate::bsdf::{InputKind, MODELS, Params};
+use crate::camera::Start;
 use crate::integrator::Estimator;
 use crate::prepare::records::NONE;
 use crate::scene::{self, Alpha, Material, Scene, Value};
@@ -29,6 +31,8 @@ pub struct Independent<'a> {
     /// By material: the model's inputs, with metals' curves resolved to RGB.
     inputs: Vec<Vec<Value>>,
     lights: Lights,
+    /// Of the camera, when it is a surface meter.
+    elements: camera::Elements,
     camera_medium: u32,
 }
 
@@ -79,8 +83,17 @@ impl<'a> Independent<'a> {
         }
         let tree = Tree::build(primitives.iter().enumerate().map(|(i, p)| (i as u32, p.shape)).collect());
         let inputs = scene.materials.iter().map(resolved).collect();
-        let mut world = Self { scene, tree, primitives, inputs, lights: Lights::default(), camera_medium: NONE };
+        let mut world = Self {
+            scene,
+            tree,
+            primitives,
+            inputs,
+            lights: Lights::default(),
+            elements: camera::Elements::new(),
+            camera_medium: NONE,
+        };
         world.lights = Lights::of(&world);
+        world.elements = camera::elements(&world);
         world.camera_medium = world.medium_at(scene.camera.to_world.translation);
         world
     }
@@ -223,16 +236,8 @@ impl World for Independent<'_> {
         Stream::new(u64::from(seed), pixel, sample)
     }
 
-    fn camera_ray(&self, film: DVec2) -> (DVec3, DVec3) {
-        let camera = &self.scene.camera;
-        let size = DVec2::new(f64::from(self.scene.film.width), f64::from(self.scene.film.height));
-        let half_height = (0.5 * camera.fov_y_rad).tan();
-        let half_width = half_height * size.x / size.y;
-        let axes = camera.to_world.matrix3;
-        let x = (2.0 * film.x / size.x - 1.0) * half_width;
-        let y = (1.0 - 2.0 * film.y / size.y) * half_height;
-        let direction = x * axes.x_axis.normalize() + y * axes.y_axis.normalize() - axes.z_axis.normalize();
-        (camera.to_world.translation, direction.normalize())
+    fn camera_start(&self, film: DVec2, random: &Stream) -> Start {
+        camera::start(self, film, random)
     }
 
     fn camera_medium(&self) -> u32 {

@@ -15,7 +15,7 @@ use super::path::{LightSample, Random, Sample, VertexTrace, World, trace};
 use super::surface::Surface;
 use super::tree::{Hit, Ray, Shape, Tree};
 use crate::bsdf::{InputKind, MODELS, Params};
-use crate::camera::perspective;
+use crate::camera::{self, Start, View};
 use crate::integrator::{Estimator, SamplerKind, Settings};
 use crate::light::{self, Place, Reach, alias, sky::SkyView};
 use crate::prepare::Prepared;
@@ -165,8 +165,10 @@ impl World for Replay {
         Stream::new(self.sampler, seed, pixel[1] * self.prepared.width + pixel[0], sample as u32)
     }
 
-    fn camera_ray(&self, film: DVec2) -> (DVec3, DVec3) {
-        (DVec3::ZERO, perspective::direction(&self.prepared.camera, film))
+    fn camera_start(&self, film: DVec2, random: &Stream) -> Start {
+        let p = &self.prepared;
+        let view = View { camera: &p.camera, elements: &p.sensor_elements, alias: &p.sensor_alias };
+        camera::start(&view, film, &|purpose| random.bits(0, purpose))
     }
 
     fn camera_medium(&self) -> u32 {

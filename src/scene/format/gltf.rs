@@ -2,7 +2,7 @@
 //!
 //! Shaded: metallic-roughness with all its textures, vertex colours, two coordinate sets, normal maps (tangents from
 //! the file, else MikkTSpace), emission, alpha masks and blending, and the extensions in `SHADED`. Read and reported, but
-//! left out: points, lines, skins, animations, morph targets, orthographic cameras, further coordinate sets, and the
+//! left out: points, lines, skins, animations, morph targets, further coordinate sets, and the
 //! extensions in `PLAINER`. A required extension in no list here is an error. Everything reported is in `Scene::notes`. An unlit material (KHR_materials_unlit) is black and shines with its base colour, 1 for
 //! white, so that no light changes how it looks; as what shines here lights its surroundings, it does so too.
 //! Single-sided surfaces are seen from both sides; their emission leaves the front only.
@@ -24,7 +24,7 @@ use glam::{DAffine3, DMat3};
 
 use super::Choice;
 use super::toml::is_invertible;
-use crate::scene::{Camera, Error, Instance, Scene, Shape};
+use crate::scene::{Camera, Error, Instance, Projection, Scene, Shape};
 use buffers::File;
 use document::{Document, Node};
 use materials::Wear;
@@ -151,21 +151,30 @@ impl Builder<'_> {
         Ok(index)
     }
 
-    /// The first perspective camera places the scene's; its scale is no part of the view.
+    /// The first camera places the scene's; its scale is no part of the view.
     fn camera(&mut self, index: usize, placed: &nodes::Placed) -> Result<(), Error> {
         let place = nodes::place(self.file, placed.node);
         let entry = self.file.at(&self.file.document.cameras, index, "camera", &place)?;
-        let Some(perspective) = entry.perspective.as_ref().filter(|_| entry.r#type == "perspective") else {
-            self.scene.notes.push(format!("{place}: {} camera left out, perspective is read", entry.r#type));
-            return Ok(());
-        };
         if self.scene.camera.is_placed {
-            self.scene.notes.push("the file has several perspective cameras, the first is taken".into());
+            self.scene.notes.push("the file has several cameras, the first is taken".into());
             return Ok(());
         }
-        if !(perspective.yfov > 0.0 && perspective.yfov < std::f64::consts::PI) {
-            return Err(self.file.error(format!("camera {index}"), "`yfov` must be above 0 and below pi; correct it"));
-        }
+        let fail = |reason: &str| Err(self.file.error(format!("camera {index}"), reason.to_owned()));
+        let projection = match (entry.r#type.as_str(), &entry.perspective, &entry.orthographic) {
+            ("perspective", Some(p), _) if p.yfov > 0.0 && p.yfov < std::f64::consts::PI => {
+                Projection::Perspective { fov_y_rad: p.yfov }
+            }
+            ("perspective", Some(_), _) => return fail("`yfov` must be above 0 and below pi; correct it"),
+            // Half extents; their sign mirrors nothing here.
+            ("orthographic", _, Some(o)) if [o.xmag, o.ymag].iter().all(|m| m.is_finite() && *m != 0.0) => {
+                Projection::Orthographic { half_width: o.xmag.abs(), half_height: o.ymag.abs() }
+            }
+            ("orthographic", _, Some(_)) => return fail("`xmag` and `ymag` must not be 0; correct them"),
+            (kind, ..) => {
+                self.scene.notes.push(format!("{place}: camera of type \"{kind}\" without its parameters left out"));
+                return Ok(());
+            }
+        };
         let m = placed.to_world.matrix3;
         let back = m.z_axis.normalize_or_zero();
         let right = m.y_axis.cross(back).normalize_or_zero();
@@ -175,7 +184,7 @@ impl Builder<'_> {
         }
         self.scene.camera = Camera {
             to_world: DAffine3 { matrix3, translation: placed.to_world.translation },
-            fov_y_rad: perspective.yfov,
+            projection,
             is_placed: true,
         };
         Ok(())

@@ -3,6 +3,7 @@
 //! Degrees and colours as people write them come in here; the scene holds radians and linear values. Files are found
 //! beside the scene file. Order: textures, materials, models, shapes, then patches of what models brought.
 
+mod camera;
 pub mod keys;
 mod material;
 mod model;
@@ -15,12 +16,10 @@ mod transform;
 use std::collections::HashMap;
 use std::path::Path;
 
-use ::toml::de::DeTable;
-use glam::{DAffine3, DMat3, DVec3};
-
 use super::image_file;
 use super::tangents;
-use crate::scene::{Camera, Encoding, Error, Filter, Scene, Sky, SkyRadiance, Texture, Wrap};
+use crate::scene::{Encoding, Error, Filter, Scene, Sky, SkyRadiance, Texture, Wrap};
+use ::toml::de::DeTable;
 use table::{Source, Table, nearest};
 
 pub(crate) use material::{plain as plain_material, uv_transform};
@@ -88,42 +87,6 @@ impl<'a> Builder<'a> {
         let count = |key| Ok::<_, Error>(table.whole(key, 1..1 << 31)?.map(|n| n as u32));
         film.spp = count("spp")?;
         film.max_depth = count("max_depth")?;
-        Ok(())
-    }
-
-    fn camera(&mut self, top: &Table<'a>) -> Result<(), Error> {
-        let Some(item) = top.get("camera") else { return Ok(()) };
-        let table = Table::open(self.source, item, &[&keys::CAMERA], &[])?;
-        let mut camera = Camera::default();
-        if let Some(degrees) = table.number("fov_y_deg")? {
-            if !(degrees > 0.0 && degrees < 180.0) {
-                return Err(table.error("fov_y_deg", "must be above 0 and below 180 degrees"));
-            }
-            camera.fov_y_rad = degrees.to_radians();
-        }
-        let vector = |key| Ok::<_, Error>(table.numbers::<3>(key)?.map(DVec3::from));
-        let (target, up) = (vector("target")?, vector("up")?);
-        let Some(position) = vector("position")? else {
-            if target.is_some() || up.is_some() {
-                return Err(table.missing("position"));
-            }
-            self.scene.camera = camera;
-            return Ok(());
-        };
-        let target = target.unwrap_or(DVec3::ZERO);
-        let up = up.unwrap_or(DVec3::Y);
-        let back = (position - target).normalize_or_zero();
-        let right = up.normalize_or_zero().cross(back);
-        if back == DVec3::ZERO {
-            return Err(table.error("target", "is where the camera stands; move one of the two"));
-        }
-        if right.length() < 1e-9 {
-            return Err(table.error("up", "points along the view; choose another"));
-        }
-        let right = right.normalize();
-        camera.to_world = DAffine3 { matrix3: DMat3::from_cols(right, back.cross(right), back), translation: position };
-        camera.is_placed = true;
-        self.scene.camera = camera;
         Ok(())
     }
 

@@ -93,8 +93,9 @@ document! {
     }
     VariantMappings { mappings: Vec<VariantMapping> }
     VariantMapping { material: usize, variants: Vec<usize> }
-    Camera { r#type: String, perspective: Option<Perspective> }
+    Camera { r#type: String, perspective: Option<Perspective>, orthographic: Option<Orthographic> }
     Perspective { yfov: f64 }
+    Orthographic { xmag: f64, ymag: f64 }
     Accessor {
         name: Option<String>,
         buffer_view: Index,

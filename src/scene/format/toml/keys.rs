@@ -39,11 +39,17 @@ pub const TOP: Section = section!("top level", "The file itself.",
     "node": "[node.\"path/name\"]" = "none"; "below; patches a node that a model brought",
 );
 
-pub const CAMERA: Section = section!("[camera]", "A perspective camera. Without `position` the bounds of the scene are framed.",
+pub const CAMERA: Section = section!("[camera]", "Without `position` the bounds of the scene are framed.",
+    "type": "\"perspective\", \"thin_lens\", \"orthographic\" or \"panorama\"" = "\"perspective\""; "a panorama shows all directions, laid out as a sky's picture",
     "position": "[x, y, z] m" = "framed"; "where it stands",
     "target": "[x, y, z] m" = "[0, 0, 0]"; "the point in the middle of the picture",
     "up": "[x, y, z]" = "[0, 1, 0]"; "not along the view",
-    "fov_y_deg": "number in (0, 180)" = "40"; "vertical field of view",
+    "fov_y_deg": "number in (0, 180)" = "40"; "perspective, thin_lens: vertical field of view",
+    "lens_radius": "number >= 0, m" = "0"; "thin_lens: of its opening; 0 is the perspective camera",
+    "f_number": "number > 0" = "none"; "thin_lens: instead of `lens_radius`, with `focal_length_mm`: the radius is focal length / (2 f_number)",
+    "focal_length_mm": "number > 0, mm" = "none"; "thin_lens: for `f_number`; the field of view is `fov_y_deg` all the same",
+    "focus_distance": "number > 0, m" = "to the target"; "thin_lens: of the plane in focus, along the view",
+    "height": "number > 0, m" = "2, or framed"; "orthographic: of what is seen; the width follows from the film's shape",
 );
 
 pub const FILM: Section = section!("[film]", "Flags of the command line win over these.",

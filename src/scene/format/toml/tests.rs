@@ -106,7 +106,8 @@ fn keys_reach_the_scene() {
     )
     .unwrap();
     assert_eq!((scene.film.width, scene.film.height, scene.film.spp, scene.film.max_depth), (3, 2, Some(7), Some(2)));
-    assert!(scene.camera.is_placed && (scene.camera.fov_y_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
+    let crate::scene::Projection::Perspective { fov_y_rad } = scene.camera.projection else { panic!("perspective") };
+    assert!(scene.camera.is_placed && (fov_y_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
     assert_eq!(scene.materials.len(), 2);
     let Value::Multiply(_, inner) = &scene.materials[0].inputs[0] else { panic!("{:?}", scene.materials[0]) };
     assert!(matches!(**inner, Value::Channel(_, 1)));

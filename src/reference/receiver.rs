@@ -1,0 +1,43 @@
+//! Light sampling at a meter that collects from a hemisphere (`camera::Start::receiver`): the first vertex of its paths.
+
+use glam::DVec3;
+
+use super::path::{World, is_blocked, transmittance};
+use super::tree::Ray;
+use crate::camera::Start;
+use crate::integrator::path::power_heuristic;
+use crate::integrator::{Estimator, Settings};
+use crate::prepare::records::NONE;
+
+/// What one light sample adds to the estimate of L cos/pi over the hemisphere, and the rays that it took.
+pub(super) fn receive<W: World>(
+    world: &W,
+    settings: &Settings,
+    random: &W::Stream,
+    start: &Start,
+    normal: DVec3,
+) -> (DVec3, u32) {
+    let none = (DVec3::ZERO, 0);
+    if settings.estimator == Estimator::Bsdf {
+        return none;
+    }
+    let Some(light) = world.sample_light(start.origin, random, 0, settings.estimator) else { return none };
+    // Of the directions that the meter chooses by itself.
+    let density = light.direction.dot(normal) / std::f64::consts::PI;
+    if light.density.is_nan() || light.density <= 0.0 || density <= 0.0 || light.radiance == DVec3::ZERO {
+        return none;
+    }
+    let shadow = Ray { origin: start.origin, direction: light.direction, leaves: NONE, ignores: light.primitive };
+    if is_blocked(world, random, &shadow, light.distance, 0) {
+        return (DVec3::ZERO, 1);
+    }
+    let weight = match settings.estimator {
+        Estimator::Mis => power_heuristic(light.density, density),
+        _ => 1.0,
+    };
+    let through = match world.camera_medium() {
+        NONE => DVec3::ONE,
+        medium => transmittance(world.absorption(medium), light.distance),
+    };
+    (light.radiance * through * (weight * density / light.density), 1)
+}
