@@ -32,6 +32,13 @@ pub fn bounds(scene: &Scene) -> Option<(DVec3, DVec3)> {
                 take(m.translation - half);
                 take(m.translation + half);
             }
+            Shape::Disc => {
+                // x and y turned once around: the extent along an axis is the length of that row's first two entries.
+                let rows = m.matrix3.transpose();
+                let half = [rows.x_axis, rows.y_axis, rows.z_axis].map(|r| r.truncate().length());
+                take(m.translation - DVec3::from(half));
+                take(m.translation + DVec3::from(half));
+            }
             Shape::Rectangle => {
                 for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
                     take(m.transform_point3(DVec3::new(x, y, 0.0)));
