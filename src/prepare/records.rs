@@ -37,15 +37,15 @@ gpu_record! {
 gpu_record! {
     /// A triangle or sphere of a surface meter, front counter-clockwise, outside.
     pub struct SensorElementRecord {
-        /// Triangle: vertex 0. Sphere: centre.
+        /// Triangle: vertex 0. Sphere, disc: centre.
         a: [f32; 3],
-        /// HIT_TRIANGLE or HIT_SPHERE.
+        /// HIT_TRIANGLE, HIT_SPHERE or HIT_DISC.
         kind: u32,
-        /// Triangle: vertex 1. Sphere: radius in x.
+        /// Triangle: vertex 1. Sphere: radius in x. Disc: one radius.
         b: [f32; 3],
         /// Its share of the area over the probability that the table chooses it: 1 up to rounding.
         weight: f32,
-        /// Triangle: vertex 2.
+        /// Triangle: vertex 2. Disc: another radius, b x c towards the front.
         c: [f32; 3],
         /// 1: the front is measured, -1: the back.
         side: f32,

@@ -303,9 +303,10 @@ impl World for Replay {
         let row = self.light(hit.primitive);
         let Some(record) = self.prepared.lights.get(row as usize) else { return 0.0 };
         let Some(Reach::Surface(density)) = light::kind(record).map(|k| k.reach) else { return 0.0 };
-        let normal = match self.triangle(hit.primitive) {
-            Some(t) => (vec(t.v1) - vec(t.v0)).cross(vec(t.v2) - vec(t.v0)),
-            None => ray.at(hit.t) - vec(self.sphere(hit.primitive).center),
+        let normal = match self.part(hit.primitive) {
+            Part::Triangle(t) => (vec(t.v1) - vec(t.v0)).cross(vec(t.v2) - vec(t.v0)),
+            Part::Sphere(s) => ray.at(hit.t) - vec(s.center),
+            Part::Disc(d) => vec(d.normal),
         };
         let is_front = ray.direction.dot(normal) < 0.0;
         self.pmf(row) * density(record, ray.origin, ray.direction, hit.t, is_front)
