@@ -3,4 +3,5 @@
 pub mod bench_rays;
 pub mod inspect;
 pub mod samples;
+pub mod sheet;
 pub mod specialise;

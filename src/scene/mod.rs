@@ -7,7 +7,7 @@ mod complete;
 mod error;
 pub mod format;
 
-pub use complete::{bounds, ensure_light, frame_camera};
+pub use complete::{bounds, ensure_light, frame_camera, frame_camera_from};
 pub use error::Error;
 pub use format::{Choice, load, load_choice};
 
