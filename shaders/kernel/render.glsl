@@ -4,8 +4,8 @@
 // `rays` is how many it took to begin: a meter is served by light sampling at once.
 PathState path_begin(uint pixel, uint sample_index, out uint rays) {
     PathState s;
-    s.id = sample_id(pixel, sample_index, SEED);
-    s.hash = hash_combine(hash_combine(SEED, pixel), sample_index);
+    s.id = sample_id(pixel, sample_index, push.seed);
+    s.hash = hash_combine(hash_combine(push.seed, pixel), sample_index);
     s.edge = 0u;
     CameraRecord camera = CameraRecord_load_camera(0u);
     vec2 film = vec2(float(pixel % WIDTH), float(pixel / WIDTH))

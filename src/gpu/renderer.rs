@@ -46,6 +46,7 @@ pub struct Renderer {
     height: u32,
     has_aov: bool,
     slot_rows: usize,
+    seed: u32,
     /// Slots a second, measured; 0 before the first dispatch.
     rate: f64,
     pub stats: KernelStats,
@@ -151,6 +152,7 @@ impl Renderer {
             height: prepared.height,
             has_aov: features.aovs,
             slot_rows,
+            seed: settings.seed,
             rate: 0.0,
             stats,
             notes: Vec::new(),
@@ -168,6 +170,7 @@ impl Renderer {
             tile_pixels: tile.pixel_count() as u32,
             first_block: blocks.start as u32,
             block_count,
+            seed: self.seed,
         };
         let mut bindings: Vec<_> = self.tables.iter().map(Table::binding).collect();
         bindings.push(self.slots.binding());

@@ -24,7 +24,7 @@ pub struct Program {
 }
 
 /// Numbers fixed for a render. The id is the place in the list.
-const CONSTANTS: [&str; 6] = ["WIDTH", "MAX_DEPTH", "ROULETTE_EDGE", "SEED", "LIGHT_COUNT", "ELEMENT_COUNT"];
+const CONSTANTS: [&str; 5] = ["WIDTH", "MAX_DEPTH", "ROULETTE_EDGE", "LIGHT_COUNT", "ELEMENT_COUNT"];
 
 /// Invocations a workgroup; on lavapipe 8 to 256 made no difference above noise.
 pub const WORKGROUP: u32 = 64;
@@ -40,6 +40,8 @@ pub struct Push {
     pub tile_pixels: u32,
     pub first_block: u32,
     pub block_count: u32,
+    /// Here and not a constant: a replicate with another seed finds the driver's compilation done.
+    pub seed: u32,
 }
 
 const PUSH_GLSL: &str = "\
@@ -50,6 +52,7 @@ layout(push_constant) uniform Push {
     uint tile_pixels;
     uint first_block;
     uint block_count;
+    uint seed;
 } push;
 ";
 
@@ -71,7 +74,6 @@ pub fn includes(f: &Features) -> Vec<String> {
     add(true, "bvh/node");
     add(f.triangles, "bvh/triangle");
     add(f.spheres, "bvh/sphere");
-    add(f.discs, "bvh/disc");
     add(true, "bvh/spawn");
     add(true, "bvh/closest");
     add(f.next_event() && !f.alpha, "bvh/any");
@@ -147,7 +149,7 @@ pub fn assemble(
     }
     let (edges, roulette_edge) = (settings.edges(), settings.first_roulette_edge());
     let (lights, elements) = (prepared.lights.len() as u32, prepared.sensor_elements.len() as u32);
-    let values = [prepared.width, edges, roulette_edge, settings.seed, lights, elements];
+    let values = [prepared.width, edges, roulette_edge, lights, elements];
     Ok(Program { source, tables, constants: (0..).zip(values).collect() })
 }
 
