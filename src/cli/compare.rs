@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     }
     if let Some(path) = &args.output {
         let terms = a.pixels.iter().zip(&b.pixels).map(|(x, r)| error::relative_square(*x, *r, error::EPSILON));
-        let bytes: Vec<u8> = terms.flat_map(color).collect();
+        let bytes: Vec<u8> = terms.flat_map(|e| error::map_color(error::decades(e))).collect();
         image::write_rgb8(path, a.width, a.height, &bytes)?;
     }
     let is_past = args.max_relmse.is_some_and(|limit| errors.relmse > limit || errors.nonfinite > 0);
@@ -77,32 +77,4 @@ fn table(e: &Errors) -> String {
         text += &format!("{:<16} {:>13}  pixels left out: NaN or infinite\n", "not finite", e.nonfinite);
     }
     text
-}
-
-/// Four decades from 1e-4 to 1: black, blue, magenta, orange, pale yellow; green where there is no number.
-fn color(relative_square: f64) -> [u8; 3] {
-    const STOPS: [[f64; 3]; 5] =
-        [[0.0, 0.0, 0.0], [40.0, 20.0, 120.0], [170.0, 40.0, 110.0], [245.0, 140.0, 30.0], [252.0, 250.0, 200.0]];
-    if !relative_square.is_finite() {
-        return [0, 255, 0];
-    }
-    let place = (relative_square.max(1e-30).log10() + 4.0).clamp(0.0, 4.0);
-    let first = (place as usize).min(3);
-    let share = place - first as f64;
-    std::array::from_fn(|c| (STOPS[first][c] * (1.0 - share) + STOPS[first + 1][c] * share).round() as u8)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn colours_run_from_black_to_pale() {
-        assert_eq!(
-            (color(0.0), color(1e-4), color(1.0), color(9e9)),
-            ([0; 3], [0; 3], [252, 250, 200], [252, 250, 200])
-        );
-        assert_eq!(color(f64::NAN), [0, 255, 0]);
-        assert_eq!(color(1e-2), [170, 40, 110]);
-    }
 }

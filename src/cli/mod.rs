@@ -3,6 +3,7 @@
 mod bench;
 mod compare;
 mod conform;
+mod converge;
 mod devices;
 mod generate;
 mod inspect;
@@ -36,6 +37,8 @@ enum Command {
     Inspect(inspect::Args),
     /// Runs the gates on a device and writes a report
     Conform(conform::Args),
+    /// Error against run time: variants, replicates, plots and a page
+    Converge(converge::Args),
     /// Measures rates on generated scenes; JSON lines
     Bench(bench::Args),
     /// Makes the generated files of the repository's scenes again
@@ -79,6 +82,7 @@ pub fn run(started: Instant) -> anyhow::Result<Exit> {
         Command::Devices(args) => devices::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Conform(args) => conform::run(&args),
+        Command::Converge(args) => converge::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Generate(args) => generate::run(&args),
         Command::Compare(args) => compare::run(&args),

@@ -80,7 +80,7 @@ impl SceneArgs {
     }
 }
 
-fn replace_sky(scene: &mut Scene, path: &Path) -> anyhow::Result<()> {
+pub fn replace_sky(scene: &mut Scene, path: &Path) -> anyhow::Result<()> {
     let image = scene::format::image_file::read_sky(path, &mut scene.notes)?;
     scene.images.push(image);
     scene.sky = Some(Sky { radiance: SkyRadiance::Image(scene.images.len() - 1), rotation_rad: 0.0, scale: 1.0 });

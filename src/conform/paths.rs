@@ -1,12 +1,14 @@
 //! The rows of gates 6, 7 and 8: which scenes, which estimators, how many samples.
 
+use std::path::{Path, PathBuf};
+
 use super::report::{Gate, GateRow, Verdict, is_wanted};
 use super::subject::Subject;
-use super::{camera, images, models, replay};
+use super::{camera, images, replay};
 use crate::error::Error;
 use crate::integrator::{Estimator, Settings};
 use crate::reference::{known, scenes};
-use crate::scene::Scene;
+use crate::scene::{self, Scene, SkyRadiance};
 
 /// Size of the images: `SMALL` for continuous integration, `FULL` by command.
 #[derive(Clone, Copy, Debug)]
@@ -25,13 +27,14 @@ const MODELS: [&str; 3] = [
     "gltf/GlassHurricaneCandleHolder/GlassHurricaneCandleHolder.glb",
     "gltf/NormalTangentTest/NormalTangentTest.glb",
 ];
+const SKY: &str = "hdri/kloppenheim_05_1k.hdr";
 
 type Run<'a> = Box<dyn Fn(&Subject) -> Result<GateRow, Error> + 'a>;
 
 /// Runs the rows that `filter` names.
 pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     let scenes = scenes::all(scale.size);
-    let (models, missing) = some_models(scale.size);
+    let (models, missing) = models(scale.size);
     let known = known::all();
     let cameras = camera::scenes(scale.size / 2);
     let mut list: Vec<(Gate, String, Run)> = Vec::new();
@@ -74,21 +77,32 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
             rows.push(GateRow { gate: Gate::Images, name, verdict, evidence, bound });
         }
     }
-    rows.extend(models::rows(subject, filter));
     rows
 }
 
 /// The models that are there, framed and lit, and the names of the rest.
-fn some_models(size: u32) -> (Vec<Scene>, Vec<String>) {
-    let folder = models::folder();
+fn models(size: u32) -> (Vec<Scene>, Vec<String>) {
+    let folder = std::env::var_os("STERADIAN_ASSETS").map_or_else(|| PathBuf::from("../shared/assets"), PathBuf::from);
     let (mut found, mut missing) = (Vec::new(), Vec::new());
     for file in MODELS {
-        match models::framed(&folder.join(file), &folder, [size; 2]) {
-            Ok(scene) => found.push(scene),
-            Err(_) => missing.push(file.to_owned()),
+        match model(&folder, file, size) {
+            Some(scene) => found.push(scene),
+            None => missing.push(file.to_owned()),
         }
     }
     (found, missing)
+}
+
+fn model(folder: &Path, file: &str, size: u32) -> Option<Scene> {
+    let mut scene = scene::format::load(&folder.join(file)).ok()?;
+    let sky = scene::format::image_file::read_sky(&folder.join(SKY), &mut scene.notes).ok()?;
+    scene.images.push(sky);
+    let radiance = SkyRadiance::Image(scene.images.len() - 1);
+    scene.sky = Some(scene::Sky { radiance, rotation_rad: 0.6, scale: 1.0 });
+    (scene.film.width, scene.film.height) = (size, size);
+    scene.name = Path::new(file).file_stem()?.to_string_lossy().into_owned();
+    scene::frame_camera(&mut scene);
+    Some(scene)
 }
 
 #[cfg(test)]

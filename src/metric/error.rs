@@ -104,6 +104,28 @@ pub fn trimmed_count(count: usize) -> usize {
     ((count as f64 * TRIMMED_SHARE).ceil() as usize).min(count.saturating_sub(1))
 }
 
+/// Four decades of relMSE from 1e-4 to 1 on [0, 1].
+pub fn decades(relative_square: f64) -> f64 {
+    if relative_square.is_finite() {
+        ((relative_square.max(1e-30).log10() + 4.0) / 4.0).clamp(0.0, 1.0)
+    } else {
+        f64::NAN
+    }
+}
+
+/// Colour of an error in [0, 1] as sRGB bytes: black, blue, magenta, orange, pale yellow; green where there is no number.
+pub fn map_color(error: f64) -> [u8; 3] {
+    const STOPS: [[f64; 3]; 5] =
+        [[0.0, 0.0, 0.0], [40.0, 20.0, 120.0], [170.0, 40.0, 110.0], [245.0, 140.0, 30.0], [252.0, 250.0, 200.0]];
+    if !error.is_finite() {
+        return [0, 255, 0];
+    }
+    let place = 4.0 * error.clamp(0.0, 1.0);
+    let first = (place as usize).min(3);
+    let share = place - first as f64;
+    std::array::from_fn(|c| (STOPS[first][c] * (1.0 - share) + STOPS[first + 1][c] * share).round() as u8)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -131,6 +153,16 @@ mod tests {
         let (a, b) = (compare_values(&image, &reference), compare_values(&scaled(&image), &scaled(&reference)));
         assert!((a.relmse_exposure / b.relmse_exposure - 1.0).abs() < 1e-14);
         assert!((a.relmse / b.relmse - 1.0).abs() > 1e-4);
+    }
+
+    #[test]
+    fn colours_run_from_black_to_pale() {
+        let color = |e| map_color(decades(e));
+        assert_eq!(
+            [color(0.0), color(1e-4), color(1.0), color(9e9)],
+            [[0; 3], [0; 3], [252, 250, 200], [252, 250, 200]]
+        );
+        assert_eq!((color(f64::NAN), color(1e-2)), ([0, 255, 0], [170, 40, 110]));
     }
 
     #[test]

@@ -54,6 +54,15 @@ pub fn read(path: &Path) -> std::result::Result<Picture, Error> {
     Ok(Picture { width: layer.size.width() as u32, height: layer.size.height() as u32, pixels })
 }
 
+/// Three channels of the first layer by name, as floats; None when one of them is not there.
+pub fn read_channels(path: &Path, names: [&str; 3]) -> std::result::Result<Option<Vec<[f32; 3]>>, Error> {
+    let image = read_all(path)?;
+    let list = &image.layer_data.channel_data.list;
+    let [Some(a), Some(b), Some(c)] = names.map(|name| list.iter().find(|c| c.name.eq(name))) else { return Ok(None) };
+    let count = image.layer_data.size.width() * image.layer_data.size.height();
+    Ok(Some((0..count).map(|i| [a, b, c].map(|c| c.sample_data.value_by_flat_index(i).to_f32())).collect()))
+}
+
 /// The record's JSON from the header, if there is one.
 pub fn read_record(path: &Path) -> std::result::Result<Option<String>, Error> {
     let image = read_all(path)?;

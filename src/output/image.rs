@@ -62,6 +62,14 @@ pub fn write_rgb8(path: &Path, width: u32, height: u32, bytes: &[u8]) -> Result<
     encode(path, |out| PngEncoder::new(out).write_image(bytes, width, height, image::ExtendedColorType::Rgb8))
 }
 
+/// A PNG in memory; three bytes a pixel, already encoded.
+pub fn png_bytes(width: u32, height: u32, bytes: &[u8]) -> Result<Vec<u8>, Error> {
+    let mut out = Vec::new();
+    let encoded = PngEncoder::new(&mut out).write_image(bytes, width, height, image::ExtendedColorType::Rgb8);
+    encoded.map_err(|e| Error::file("a picture in memory", format!("cannot encode: {e}")))?;
+    Ok(out)
+}
+
 /// Radiance HDR: shared exponent, negative values become 0.
 pub fn write_hdr(path: &Path, picture: &Picture) -> Result<(), Error> {
     let pixels: Vec<image::Rgb<f32>> = picture.pixels.iter().map(|p| image::Rgb(p.map(|v| v.max(0.0)))).collect();

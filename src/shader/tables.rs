@@ -6,6 +6,7 @@ use crate::light;
 use crate::prepare::Prepared;
 use crate::prepare::features::Features;
 use crate::prepare::records::*;
+use crate::shader::cache::{FNV_OFFSET, fnv1a};
 use crate::shader::record::GpuRecord;
 
 /// One table as text and data see it.
@@ -41,11 +42,10 @@ pub const TABLES: &[TableEntry] = &[
     table!("bvh", |_| true, |p| rows_of(&p.bvh.nodes)),
     table!("triangles", TriangleRecord, |f| f.triangles, |p| rows_of(&p.triangles)),
     table!("spheres", SphereRecord, |f| f.spheres, |p| rows_of(&p.spheres)),
-    table!("discs", DiscRecord, |f| f.discs, |p| rows_of(&p.discs)),
     table!("faces", FaceRecord, |f| f.triangles, |p| rows_of(&p.faces)),
     table!("normals", NormalRecord, |f| f.smooth_normals, |p| rows_of(&p.normals)),
     table!("tangents", TangentRecord, |f| f.tangents, |p| rows_of(&p.tangents)),
-    table!("uvs", UvRecord, |f| f.uvs && f.triangles, |p| rows_of(&p.uvs)),
+    table!("uvs", UvRecord, |f| f.uvs, |p| rows_of(&p.uvs)),
     table!("colors", ColorRecord, |f| f.colors, |p| rows_of(&p.colors)),
     table!("materials", MaterialRecord, |_| true, |p| rows_of(&p.materials)),
     table!("material_data", |_| true, |p| p.material_data.clone()),
@@ -80,6 +80,17 @@ impl Features {
     }
 }
 
+/// A hash of everything that a scene's image depends on besides the settings: all tables, the patterns' structures, the size. 32
+/// hexadecimal digits. Two scenes with the same one are the same to a kernel.
+pub fn fingerprint(p: &Prepared) -> String {
+    let mut hash = fnv1a(FNV_OFFSET, format!("{}x{} {:?}", p.width, p.height, p.structures).as_bytes());
+    for table in TABLES {
+        let rows = (table.rows)(p);
+        hash = fnv1a(fnv1a(hash, table.name.as_bytes()), bytemuck::cast_slice(&rows));
+    }
+    format!("{hash:032x}")
+}
+
 /// `const uint NAME = VALUEu;` for the constants that records share with GLSL.
 pub fn shared_constants() -> String {
     macro_rules! constants {
@@ -104,7 +115,6 @@ pub fn shared_constants() -> String {
         TEXTURE_HALF,
         HIT_TRIANGLE,
         HIT_SPHERE,
-        HIT_DISC,
     ];
     let mut text: String = list.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
     for (number, kind) in light::KINDS.iter().enumerate() {

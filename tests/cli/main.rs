@@ -3,6 +3,7 @@
 mod bad_input;
 mod broken_files;
 mod compare;
+mod converge;
 mod render;
 #[path = "../support/triangle.rs"]
 mod triangle;
