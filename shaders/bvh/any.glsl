@@ -47,6 +47,14 @@ bool trace_any(Ray ray, uint excluded_primitive) {
             is_hit = is_hit || ((near || far) && r.primitive != excluded_primitive);
         }
 #endif
+#if HAS_DISCS
+        uint end_disc = (leaf_kind(current) == 2u) ? end : first;
+        for (uint slot = first; slot < end_disc; ++slot) {
+            DiscRecord r = DiscRecord_load_discs(slot);
+            float t = disc_intersect(ray.o, ray.d, r.center, r.normal, r.radius);
+            is_hit = is_hit || (t > 0.0 && t < ray.t_max && r.primitive != excluded_primitive);
+        }
+#endif
         uint popped = stack[top - 1u];
         top -= (is_leaf && !is_hit) ? 1u : 0u;
         current = (is_leaf && !is_hit) ? popped : BVH_DONE;

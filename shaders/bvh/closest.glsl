@@ -2,7 +2,7 @@
 //
 // While-while over BVH4 nodes (Aila, Laine 2009, "Understanding the efficiency of ray traversal on GPUs"), nearest child first,
 // the others on a stack of BVH_STACK entries (`Bvh::stack_size`), which no tree can outgrow. Written without early exits: on
-// lavapipe a branch is never skipped. HAS_TRIANGLES and HAS_SPHERES leave out what the scene lacks.
+// lavapipe a branch is never skipped. HAS_TRIANGLES, HAS_SPHERES and HAS_DISCS leave out what the scene lacks.
 
 void sort_pair(inout float t0, inout uint w0, inout float t1, inout uint w1) {
     bool swap = t1 < t0;
@@ -79,6 +79,14 @@ Hit trace_closest_from(Ray ray, float t_after, uint primitive_after) {
             SphereHit h = sphere_intersect(ray.o, ray.d, r.center, r.radius);
             offer_hit(best, Hit(h.near, 0.0, 0.0, 1u, slot, r.primitive), t_after, primitive_after);
             offer_hit(best, Hit(h.far, 0.0, 0.0, 1u, slot, r.primitive), t_after, primitive_after);
+        }
+#endif
+#if HAS_DISCS
+        uint end_disc = (leaf_kind(current) == 2u) ? end : first;
+        for (uint slot = first; slot < end_disc; ++slot) {
+            DiscRecord r = DiscRecord_load_discs(slot);
+            float t = disc_intersect(ray.o, ray.d, r.center, r.normal, r.radius);
+            offer_hit(best, Hit(t, 0.0, 0.0, 2u, slot, r.primitive), t_after, primitive_after);
         }
 #endif
         uint popped = stack[top - 1u];

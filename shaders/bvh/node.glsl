@@ -11,8 +11,8 @@ struct Ray {
     float t_max;
 };
 
-// kind 0: triangle, 1: sphere, NO_HIT: missed. `slot` is the place in leaf order, `primitive` the face number or
-// `SphereRecord.primitive`; b1, b2 weigh v1 and v2 of a triangle.
+// kind 0: triangle, 1: sphere, 2: disc, NO_HIT: missed. `slot` is the place in leaf order, `primitive` the face number or
+// `primitive` of the sphere's or disc's record; b1, b2 weigh v1 and v2 of a triangle.
 struct Hit {
     float t;
     float b1;

@@ -1,7 +1,7 @@
 // Where a ray that leaves a surface begins: beside the surface by the hit point's own error bound, never by a scene epsilon.
 //
 // Pharr, Jakob, Humphreys 2023, "Physically Based Rendering" 4th ed., Section 6.8. Hit points come from the primitive (by
-// barycentrics, or projected onto the sphere), not from o + t d, so that their error does not grow with the distance.
+// barycentrics, or projected onto the sphere or disc), not from o + t d, so that their error does not grow with the distance.
 // gamma(n) = n eps / (1 - n eps), eps = 2^-24. Gate 5 (spawned rays do not hit the surface they left).
 
 const float GAMMA_3 = 1.7881397e-7;
@@ -56,6 +56,16 @@ vec3 sphere_normal(vec3 near_surface, vec3 center) {
 vec3 sphere_point(vec3 normal, vec3 center, float radius, out vec3 error) {
     precise vec3 p = center + radius * normal;
     error = GAMMA_5 * (abs(center) + abs(radius * normal)) + GAMMA_3 * vec3(radius) + vec3(SPAWN_FLOOR);
+    return p;
+}
+
+// Point of a disc near `near_plane`, moved along the normal onto the plane. 3 gamma of |p|: its rounding and that of the step; 16 of
+// the radius: the step's own length, and the next ray's test of this plane, which rounds like the distance to the centre.
+vec3 disc_point(vec3 near_plane, vec3 center, vec3 normal, float radius, out vec3 error) {
+    precise vec3 f = near_plane - center;
+    precise float height = (f.x * normal.x + f.y * normal.y) + f.z * normal.z;
+    precise vec3 p = near_plane - height * normal;
+    error = GAMMA_3 * abs(p) + vec3(GAMMA_16 * radius + SPAWN_FLOOR);
     return p;
 }
 

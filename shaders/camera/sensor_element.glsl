@@ -15,13 +15,17 @@ SensorPoint sensor_point(SampleId id) {
     SensorElementRecord e = SensorElementRecord_load_sensor_elements(index);
     vec2 u = camera_square(id, LENS_U, LENS_V);
     bool is_sphere = e.kind == HIT_SPHERE;
+    bool is_disc = e.kind == HIT_DISC;
     vec3 outward = uniform_sphere(u);
     vec3 e1 = e.b - e.a;
     vec3 e2 = e.c - e.a;
     vec2 b = uniform_triangle(u);
-    vec3 p = is_sphere ? e.a + e.b.x * outward : e.a + b.x * e1 + b.y * e2;
-    vec3 normal = e.side * (is_sphere ? outward : triangle_normal(e.a, e.b, e.c));
-    float size = is_sphere ? e.b.x : max(max_component(abs(e1)), max_component(abs(e2)));
+    vec2 d = concentric_disk(u);
+    vec3 p = is_sphere ? e.a + e.b.x * outward : e.a + (is_disc ? d.x * e.b + d.y * e.c : b.x * e1 + b.y * e2);
+    vec3 flat_normal = is_disc ? normalize(cross(e.b, e.c)) : triangle_normal(e.a, e.b, e.c);
+    vec3 normal = e.side * (is_sphere ? outward : flat_normal);
+    vec3 radii = max(abs(e.b), abs(e.c));
+    float size = is_sphere ? e.b.x : max_component(is_disc ? radii : max(abs(e1), abs(e2)));
     float lift = SENSOR_LIFT * (max_component(abs(p)) + size);
     return SensorPoint(p + lift * normal, normal, e.weight);
 }

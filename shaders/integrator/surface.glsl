@@ -47,6 +47,19 @@ SurfacePoint sphere_point_data(SphereRecord sphere, vec3 n) {
 }
 #endif
 
+#if HAS_DISCS
+SurfacePoint disc_point_data(DiscRecord disc, vec3 p) {
+    SurfacePoint point = SurfacePoint(vec2(0.0), vec2(0.0), vec4(1.0));
+#if HAS_UVS
+    vec3 local = (p - disc.center) / disc.radius;
+    vec3 bitangent = disc.handedness * cross(disc.normal, disc.tangent);
+    point.uv0 = vec2(0.5 + 0.5 * dot(local, disc.tangent), 0.5 - 0.5 * dot(local, bitangent));
+    point.uv1 = point.uv0;
+#endif
+    return point;
+}
+#endif
+
 #if HAS_ALPHA
 // Material and pattern data of a hit, as far as alpha needs them.
 SurfacePoint hit_point_data(Hit hit, Ray ray, out uint material) {
@@ -64,6 +77,13 @@ SurfacePoint hit_point_data(Hit hit, Ray ray, out uint material) {
         SphereRecord sphere = SphereRecord_load_spheres(hit.slot);
         material = sphere.material;
         point = sphere_point_data(sphere, sphere_normal(ray.o + hit.t * ray.d, sphere.center));
+    }
+#endif
+#if HAS_DISCS
+    if (hit.kind == HIT_DISC) {
+        DiscRecord disc = DiscRecord_load_discs(hit.slot);
+        material = disc.material;
+        point = disc_point_data(disc, ray.o + hit.t * ray.d);
     }
 #endif
     return point;
@@ -123,6 +143,20 @@ Surface surface_load(Hit hit, Ray ray) {
         // Towards growing u: the derivative of the point by the azimuth about the sphere's own y axis.
         vec3 axis = quaternion_rotate(vec4(-sphere.rotation.xyz, sphere.rotation.w), vec3(0.0, 1.0, 0.0));
         s.tangent = vec4(cross(s.ng, axis), 1.0);
+#endif
+    }
+#endif
+#if HAS_DISCS
+    if (hit.kind == HIT_DISC) {
+        DiscRecord disc = DiscRecord_load_discs(hit.slot);
+        s.material = disc.material;
+        s.light = disc.light;
+        s.ng = disc.normal;
+        s.p = disc_point(ray.o + hit.t * ray.d, disc.center, disc.normal, disc.radius, s.error);
+        s.ns = s.ng;
+        s.point = disc_point_data(disc, s.p);
+#if HAS_TANGENTS
+        s.tangent = vec4(disc.tangent, disc.handedness);
 #endif
     }
 #endif

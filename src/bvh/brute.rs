@@ -1,14 +1,14 @@
 //! The judge of gate 5: every primitive tried, in f64, without a tree and without the watertight test's transform.
 //!
-//! Triangles by Möller and Trumbore 1997 on the f32 vertices taken as exact; spheres by the quadratic. Beside the nearest hit
+//! Triangles by Möller and Trumbore 1997 on the f32 vertices taken as exact; spheres by the quadratic; discs by plane and radius. Beside the nearest hit
 //! it can say how near a given primitive comes to being hit, so that a difference can be told apart from rounding.
 
-use super::traverse::{NONE, Ray};
-use crate::prepare::records::{SphereRecord, TriangleRecord};
+use super::traverse::{Geometry, NONE, Ray};
+use crate::prepare::records::{DiscRecord, SphereRecord, TriangleRecord};
 use glam::DVec3;
 
 /// Nearest hit of all; `margin` is the least barycentric weight (triangle) or the distance from the silhouette over the
-/// radius (sphere): below a few ulp, f32 may rightly see it otherwise.
+/// radius (sphere, disc): below a few ulp, f32 may rightly see it otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest {
     pub t: f64,
@@ -48,24 +48,42 @@ pub fn line_of_sphere(ray: &Ray, r: &SphereRecord) -> Option<([f64; 2], f64)> {
     Some(([s - half, s + half], 1.0 - perpendicular / radius))
 }
 
+/// Distance of the disc's plane, and how far inside the rim over the radius (below 0: outside). None when edge-on.
+pub fn plane_of_disc(ray: &Ray, r: &DiscRecord) -> Option<(f64, f64)> {
+    let (f, d, n) = (vector(r.center) - vector(ray.o), vector(ray.d), vector(r.normal));
+    let along = d.dot(n);
+    if along == 0.0 {
+        return None;
+    }
+    let t = f.dot(n) / along;
+    Some((t, 1.0 - (t * d - f).length() / f64::from(r.radius)))
+}
+
 /// Nearest hit with 0 < t < t_max, ties to the smaller primitive number; None when all are missed.
-pub fn nearest(triangles: &[TriangleRecord], spheres: &[SphereRecord], ray: &Ray) -> Option<Nearest> {
+pub fn nearest(g: &Geometry, ray: &Ray) -> Option<Nearest> {
     let mut best = Nearest { t: f64::from(ray.t_max), primitive: NONE, margin: 0.0 };
     let mut offer = |t: f64, primitive: u32, margin: f64| {
         if t > 0.0 && (t < best.t || (t == best.t && primitive < best.primitive)) {
             best = Nearest { t, primitive, margin };
         }
     };
-    for r in triangles {
+    for r in g.triangles {
         if let Some((t, margin)) = plane_of_triangle(ray, r)
             && margin >= 0.0
         {
             offer(t, r.face, margin);
         }
     }
-    for r in spheres {
+    for r in g.spheres {
         if let Some((t, margin)) = line_of_sphere(ray, r) {
             t.iter().for_each(|&t| offer(t, r.primitive, margin));
+        }
+    }
+    for r in g.discs {
+        if let Some((t, margin)) = plane_of_disc(ray, r)
+            && margin >= 0.0
+        {
+            offer(t, r.primitive, margin);
         }
     }
     (best.primitive != NONE).then_some(best)

@@ -1,19 +1,22 @@
-//! From triangles and spheres to a binary tree by binned SAH (see `sah`), then to four children a node (see `wide`).
+//! From triangles, spheres and discs to a binary tree by binned SAH (see `sah`), then to four children a node (see `wide`).
 //!
 //! The result does not depend on the number of threads. Depth is bounded: below `sah_depth(n)` the cut is the median, which
-//! halves, so that no input can make the tree deeper than 2 log2 n + 8 + log2 n + 2 levels.
+//! halves, so that no input can make the tree deeper than 2 log2 n + 8 + log2 n + 3 levels.
 //! Test: `tests` below, and gate 5 (src/conform/traversal.rs).
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::sah::{self, Bounds, Ref};
-use super::{BuildReport, Bvh, Error, KIND_SPHERE, KIND_TRIANGLE, MAX_COORDINATE, MAX_LEAF, MAX_PRIMITIVES, wide};
+use super::{
+    BuildReport, Bvh, Disc, Error, KIND_DISC, KIND_SPHERE, KIND_TRIANGLE, MAX_COORDINATE, MAX_LEAF, MAX_PRIMITIVES,
+    Primitives, wide,
+};
 
 /// Primitives from which a task splits in two.
 const PARALLEL_BUILD: usize = 1 << 12;
-/// Bit of `Ref::id` that says sphere.
-const SPHERE_ID: u32 = MAX_PRIMITIVES as u32;
+/// `Ref::id` is the primitive's number, its kind above it.
+const KIND_SHIFT: u32 = MAX_PRIMITIVES.trailing_zeros();
 /// Boxes are padded by this times the primitive's size: the triangle test shifts an edge by up to 5 ulp of the distance to its
 /// vertices, which is at most the distance to the hit plus the size; the first part is in the ray's box test (Woop, Benthin,
 /// Wald 2013, Section 4.2; Ize 2013).
@@ -28,33 +31,30 @@ pub(super) struct Node2 {
     pub count: u32,
 }
 
-/// Builds the tree over all usable primitives. `triangles[i]` are the corners of triangle i, `spheres[i]` centre and radius.
-/// The caller reorders its records by `triangle_order` and `sphere_order`. Errors: more than 2^26 primitives.
-pub fn build(triangles: &[[[f32; 3]; 3]], spheres: &[([f32; 3], f32)]) -> Result<(Bvh, BuildReport), Error> {
-    let (bvh, report) = build_unchecked(triangles, spheres)?;
+/// Builds the tree over all usable primitives. The caller reorders its records by `triangle_order`, `sphere_order` and
+/// `disc_order`. Errors: more than 2^26 primitives.
+pub fn build(primitives: &Primitives) -> Result<(Bvh, BuildReport), Error> {
+    let (bvh, report) = build_unchecked(primitives)?;
     #[cfg(debug_assertions)]
-    if let Err(broken) = super::validate::validate(&bvh, triangles, spheres, &report) {
+    if let Err(broken) = super::validate::validate(&bvh, primitives, &report) {
         panic!("the tree just built is not valid: {broken}");
     }
     Ok((bvh, report))
 }
 
 /// `build` without the validation that debug assertions add: what the bench times.
-pub fn build_unchecked(triangles: &[[[f32; 3]; 3]], spheres: &[([f32; 3], f32)]) -> Result<(Bvh, BuildReport), Error> {
-    let count = triangles.len() + spheres.len();
+pub fn build_unchecked(primitives: &Primitives) -> Result<(Bvh, BuildReport), Error> {
+    let count = primitives.len();
     if count > MAX_PRIMITIVES {
         return Err(Error::TooManyPrimitives { count });
     }
-    let (mut refs, report) = usable_primitives(triangles, spheres);
+    let (mut refs, report) = usable_primitives(primitives);
     let mut nodes = Vec::new();
     if !refs.is_empty() {
         let levels = sah_depth(refs.len());
         nodes = subtree(&mut refs, 0, levels);
     }
-    let leaf_order: Vec<(u32, u32)> = refs
-        .iter()
-        .map(|r| (if r.id() & SPHERE_ID != 0 { KIND_SPHERE } else { KIND_TRIANGLE }, r.id() & !SPHERE_ID))
-        .collect();
+    let leaf_order: Vec<(u32, u32)> = refs.iter().map(|r| (kind(r), r.id() & ((1 << KIND_SHIFT) - 1))).collect();
     drop(refs);
     Ok((wide::collapse(&nodes, &leaf_order), report))
 }
@@ -64,16 +64,22 @@ fn sah_depth(count: usize) -> u32 {
     2 * count.ilog2() + 8
 }
 
+fn kind(r: &Ref) -> u32 {
+    r.id() >> KIND_SHIFT
+}
+
 enum Unusable {
     ZeroArea,
     NonFinite,
     OutOfRange,
 }
 
-fn usable_primitives(triangles: &[[[f32; 3]; 3]], spheres: &[([f32; 3], f32)]) -> (Vec<Ref>, BuildReport) {
-    let triangle_refs = triangles.par_iter().enumerate().map(|(i, t)| triangle_ref(t, i as u32));
-    let sphere_refs = spheres.par_iter().enumerate().map(|(i, s)| sphere_ref(s, i as u32 | SPHERE_ID));
-    let tried: Vec<Result<Ref, Unusable>> = triangle_refs.chain(sphere_refs).collect();
+fn usable_primitives(p: &Primitives) -> (Vec<Ref>, BuildReport) {
+    let id = |kind: u32, i: usize| kind << KIND_SHIFT | i as u32;
+    let triangles = p.triangles.par_iter().enumerate().map(|(i, t)| triangle_ref(t, id(KIND_TRIANGLE, i)));
+    let spheres = p.spheres.par_iter().enumerate().map(|(i, s)| sphere_ref(s, id(KIND_SPHERE, i)));
+    let discs = p.discs.par_iter().enumerate().map(|(i, d)| disc_ref(d, id(KIND_DISC, i)));
+    let tried: Vec<Result<Ref, Unusable>> = triangles.chain(spheres).chain(discs).collect();
     let mut report = BuildReport::default();
     let mut refs = Vec::with_capacity(tried.len());
     for r in tried {
@@ -119,6 +125,22 @@ fn sphere_ref(&(center, radius): &([f32; 3], f32), id: u32) -> Result<Ref, Unusa
     Ok(padded(center.map(|c| c - radius), center.map(|c| c + radius), id))
 }
 
+fn disc_ref(d: &Disc, id: u32) -> Result<Ref, Unusable> {
+    check_range(d.center.as_slice())?;
+    check_range(&[d.normal[0], d.normal[1], d.normal[2], d.radius])?;
+    if d.radius < 0.0 {
+        return Err(Unusable::NonFinite);
+    }
+    // The test compares squares (shaders/bvh/disc.glsl).
+    if d.radius * d.radius == 0.0 || d.normal == [0.0; 3] {
+        return Err(Unusable::ZeroArea);
+    }
+    let half = d.half_extent();
+    // `padded` adds an ulp, which covers the rounding to f32 here.
+    let corner = |sign: f64| std::array::from_fn(|k| (f64::from(d.center[k]) + sign * half[k]) as f32);
+    Ok(padded(corner(-1.0), corner(1.0), id))
+}
+
 /// The box grown by `BOX_PADDING` of its largest side and by one ulp, which covers the rounding of the padding itself.
 fn padded(lo: [f32; 3], hi: [f32; 3], id: u32) -> Ref {
     let size = (hi[0] - lo[0]).max(hi[1] - lo[1]).max(hi[2] - lo[2]);
@@ -162,11 +184,11 @@ fn append_subtree(refs: &mut [Ref], first: u32, levels: u32, nodes: &mut Vec<Nod
 /// Orders `refs` into a left and a right part, neither empty, and says where the right one begins; None for a leaf.
 fn cut(refs: &mut [Ref], extent: &sah::Extent, levels: u32) -> Option<usize> {
     let count = refs.len();
-    let is_sphere = |r: &Ref| r.id() & SPHERE_ID != 0;
     if count == 1 {
         return None;
     }
-    let is_mixed = count <= MAX_LEAF && refs.iter().any(|r| is_sphere(r) != is_sphere(&refs[0]));
+    let first = kind(&refs[0]);
+    let is_mixed = count <= MAX_LEAF && refs.iter().any(|r| kind(r) != first);
     let can_be_leaf = count <= MAX_LEAF && !is_mixed;
     if levels > 0
         && let Some(split) = sah::best_split(refs, extent)
@@ -180,7 +202,7 @@ fn cut(refs: &mut [Ref], extent: &sah::Extent, levels: u32) -> Option<usize> {
         return None;
     }
     if is_mixed {
-        return Some(partition(refs, |r| !is_sphere(r)));
+        return Some(partition(refs, |r| kind(r) == first));
     }
     let axis = sah::widest_axis(&extent.centroids);
     refs.select_nth_unstable_by(count / 2, sah::median_order(axis));
@@ -218,11 +240,15 @@ mod tests {
             .collect()
     }
 
+    fn only(triangles: &[[[f32; 3]; 3]]) -> Primitives<'_> {
+        Primitives { triangles, ..Primitives::default() }
+    }
+
     // Every build below is validated by `build` itself, under debug assertions.
 
     #[test]
     fn an_empty_scene_has_a_root_without_children() {
-        let (bvh, report) = build(&[], &[]).unwrap();
+        let (bvh, report) = build(&Primitives::default()).unwrap();
         assert_eq!((bvh.nodes.as_slice(), bvh.depth, report.dropped()), (&[crate::bvh::Node4::EMPTY][..], 1, 0));
     }
 
@@ -234,11 +260,14 @@ mod tests {
         let tiny = good.map(|v| v.map(|c| c * 1e-30));
         let triangles = [good, with(f32::NAN), with(f32::INFINITY), with(1e30), line, [[3.0; 3]; 3], tiny, good];
         let spheres = [([0.0; 3], 1.0), ([0.0; 3], f32::NAN), ([0.0; 3], -1.0), ([0.0; 3], 0.0), ([0.0; 3], 1e30)];
-        let (bvh, report) = build(&triangles, &spheres).unwrap();
-        assert_eq!(report, BuildReport { zero_area: 3, non_finite: 4, out_of_range: 2 });
+        let up = [0.0, 0.0, 1.0];
+        let disc = |radius: f32, normal| Disc { center: [1.0; 3], normal, radius };
+        let discs = [disc(1.0, up), disc(f32::NAN, up), disc(1e-30, up), disc(1.0, [0.0; 3]), disc(1e20, up)];
+        let (bvh, report) = build(&Primitives { triangles: &triangles, spheres: &spheres, discs: &discs }).unwrap();
+        assert_eq!(report, BuildReport { zero_area: 5, non_finite: 5, out_of_range: 3 });
         let mut kept = bvh.triangle_order.clone();
         kept.sort_unstable();
-        assert_eq!((kept, bvh.sphere_order), (vec![0, 6, 7], vec![0]));
+        assert_eq!((kept, bvh.sphere_order, bvh.disc_order), (vec![0, 6, 7], vec![0], vec![0]));
     }
 
     #[test]
@@ -251,7 +280,7 @@ mod tests {
         let huge: Vec<_> = (1..300).map(|i| scaled(1e15 * i as f32)).collect();
         let denormal: Vec<_> = (1..300).map(|i| scaled(1e-44 * i as f32)).collect();
         for triangles in [same, geometric, huge, denormal] {
-            let (bvh, _) = build(&triangles, &[]).unwrap();
+            let (bvh, _) = build(&only(&triangles)).unwrap();
             assert!(bvh.depth <= 3 * triangles.len().ilog2() + 10, "depth {} of {}", bvh.depth, triangles.len());
         }
     }
@@ -260,18 +289,22 @@ mod tests {
     fn kinds_do_not_mix_in_a_leaf() {
         let triangles = grid(20);
         let spheres: Vec<_> = (0..500).map(|i| ([(i % 20) as f32, 0.2, (i / 20) as f32], 0.3)).collect();
-        let (bvh, report) = build(&triangles, &spheres).unwrap();
-        assert_eq!((bvh.triangle_order.len(), bvh.sphere_order.len(), report.dropped()), (800, 500, 0));
+        let discs = [Disc { center: [3.5, 0.1, 3.5], normal: [0.6, 0.8, 0.0], radius: 0.5 }; 2];
+        let all = Primitives { triangles: &triangles, spheres: &spheres, discs: &discs };
+        let (bvh, report) = build(&all).unwrap();
+        let counts = [bvh.triangle_order.len(), bvh.sphere_order.len(), bvh.disc_order.len(), report.dropped()];
+        assert_eq!(counts, [800, 500, 2, 0]);
         // All at one place: only the kind can part them.
-        build(&[triangles[0]; 3], &[([0.5, 0.1, 0.5], 0.5); 3]).unwrap();
+        let spheres = [([3.5, 0.1, 3.5], 0.5); 3];
+        build(&Primitives { triangles: &[triangles[126]; 3], spheres: &spheres, discs: &discs }).unwrap();
     }
 
     #[test]
     fn the_tree_does_not_depend_on_the_number_of_threads() {
         let triangles = grid(220);
         let pool = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
-        let one = pool(1).install(|| build(&triangles, &[]).unwrap().0);
-        let four = pool(4).install(|| build(&triangles, &[]).unwrap().0);
+        let one = pool(1).install(|| build(&only(&triangles)).unwrap().0);
+        let four = pool(4).install(|| build(&only(&triangles)).unwrap().0);
         assert!(one.nodes == four.nodes && one.triangle_order == four.triangle_order && one.depth == four.depth);
     }
 }

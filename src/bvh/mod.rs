@@ -1,7 +1,7 @@
 //! Bounding volume hierarchy, built on the CPU: binned SAH (Wald 2007), collapsed to four children a node.
 //!
 //! A node is 7 rows (112 bytes): rows 0..=5 hold min x, max x, min y, max y, min z, max z of the four children, row 6 the four
-//! child words. Child word: 0 = empty; bit 31 set = leaf, bits 30..29 kind (0 triangles, 1 spheres), bits 28..26 count - 1,
+//! child words. Child word: 0 = empty; bit 31 set = leaf, bits 30..29 kind (0 triangles, 1 spheres, 2 discs), bits 28..26 count - 1,
 //! bits 25..0 first primitive in leaf order of that kind; else the index of an inner node (never 0, which is the root).
 //! An empty slot's box is inside out (+inf, -inf), which no ray enters. There is always a root, even of an empty scene.
 //! `shaders/bvh/{closest,any}.glsl` walks it on the device, `traverse` in Rust; `validate` states what both rely on.
@@ -23,6 +23,7 @@ pub const LEAF_COUNT_SHIFT: u32 = 26;
 pub const LEAF_FIRST_MASK: u32 = (1 << 26) - 1;
 pub const KIND_TRIANGLE: u32 = 0;
 pub const KIND_SPHERE: u32 = 1;
+pub const KIND_DISC: u32 = 2;
 /// What a leaf word can number.
 pub const MAX_PRIMITIVES: usize = 1 << 26;
 /// What three bits can count.
@@ -57,6 +58,43 @@ impl Node4 {
     };
 }
 
+/// What a tree is built over. A number counts within its kind.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Primitives<'a> {
+    /// Corners.
+    pub triangles: &'a [[[f32; 3]; 3]],
+    /// Centre and radius.
+    pub spheres: &'a [([f32; 3], f32)],
+    pub discs: &'a [Disc],
+}
+
+impl Primitives<'_> {
+    pub fn len(&self) -> usize {
+        self.triangles.len() + self.spheres.len() + self.discs.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A flat disc. `normal` has unit length to rounding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    pub center: [f32; 3],
+    pub normal: [f32; 3],
+    pub radius: f32,
+}
+
+impl Disc {
+    /// Half the extent of its box along each axis, in f64: r sqrt(1 - n_k^2).
+    pub fn half_extent(&self) -> [f64; 3] {
+        let n = self.normal.map(f64::from);
+        let length2: f64 = n.iter().map(|c| c * c).sum();
+        n.map(|c| f64::from(self.radius) * (1.0 - c * c / length2).max(0.0).sqrt())
+    }
+}
+
 /// The tree and the order it wants its primitives in.
 #[derive(Clone, Debug, Default)]
 pub struct Bvh {
@@ -64,6 +102,7 @@ pub struct Bvh {
     /// Leaf order: the i-th triangle in the table is input triangle `triangle_order[i]`. Dropped triangles are absent.
     pub triangle_order: Vec<u32>,
     pub sphere_order: Vec<u32>,
+    pub disc_order: Vec<u32>,
     /// Longest path from the root in nodes: the traversal stack needs 3 entries a level.
     pub depth: u32,
 }
@@ -79,7 +118,7 @@ impl Bvh {
 /// What was dropped before the build.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct BuildReport {
-    /// Triangles on a line or a point, spheres of radius 0.
+    /// Triangles on a line or a point, spheres of radius 0, discs whose radius has no square in f32.
     pub zero_area: usize,
     /// A coordinate or radius is NaN or infinite; a radius below 0 counts here too.
     pub non_finite: usize,

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::gpu::{Buffer, Device, GpuError, Pipeline, Table, TableBody};
 use crate::gpu_record;
-use crate::prepare::records::{SphereRecord, TriangleRecord};
+use crate::prepare::records::{DiscRecord, SphereRecord, TriangleRecord};
 use crate::shader::cache::Cache;
 use crate::shader::compile::{CompileError, Source, compile};
 use crate::shader::record::GpuRecord;
@@ -75,7 +75,11 @@ impl Question {
                  #if HAS_SPHERES\n    if (h.kind == 1u) {\n        \
                  SphereRecord f = SphereRecord_load_spheres(h.slot);\n        \
                  ng = sphere_normal(ray.o + h.t * ray.d, f.center);\n        \
-                 p = sphere_point(ng, f.center, f.radius, error);\n    }\n#endif\n    \
+                 p = sphere_point(ng, f.center, f.radius, error);\n    }\n#endif\n\
+                 #if HAS_DISCS\n    if (h.kind == 2u) {\n        \
+                 DiscRecord f = DiscRecord_load_discs(h.slot);\n        \
+                 ng = f.normal;\n        \
+                 p = disc_point(ray.o + h.t * ray.d, f.center, f.normal, f.radius, error);\n    }\n#endif\n    \
                  vec3 o = spawn_origin(p, error, ng, reflect(ray.d, ng));\n    \
                  h = Hit(o.x, o.y, o.z, h.kind, h.slot, h.primitive);\n"
             }
@@ -99,6 +103,7 @@ pub struct Tracer {
     stack_size: u32,
     has_triangles: bool,
     has_spheres: bool,
+    has_discs: bool,
 }
 
 /// A kernel with its rays uploaded.
@@ -119,6 +124,7 @@ impl Tracer {
             stack_size: g.bvh.stack_size(),
             has_triangles: !g.triangles.is_empty(),
             has_spheres: !g.spheres.is_empty(),
+            has_discs: !g.discs.is_empty(),
         };
         tracer.add("bvh", &g.bvh.nodes)?;
         if tracer.has_triangles {
@@ -126,6 +132,9 @@ impl Tracer {
         }
         if tracer.has_spheres {
             tracer.add("spheres", g.spheres)?;
+        }
+        if tracer.has_discs {
+            tracer.add("discs", g.discs)?;
         }
         Ok(tracer)
     }
@@ -144,6 +153,7 @@ impl Tracer {
             match *name {
                 "triangles" => tables += &(TriangleRecord::glsl_struct() + &TriangleRecord::glsl_loader(name)),
                 "spheres" => tables += &(SphereRecord::glsl_struct() + &SphereRecord::glsl_loader(name)),
+                "discs" => tables += &(DiscRecord::glsl_struct() + &DiscRecord::glsl_loader(name)),
                 _ => {}
             }
         }
@@ -163,6 +173,7 @@ impl Tracer {
         let mut source = Source::new(&format!("trace {question:?}"))
             .define("HAS_TRIANGLES", self.has_triangles)
             .define("HAS_SPHERES", self.has_spheres)
+            .define("HAS_DISCS", self.has_discs)
             .part("tracer.head", head)
             .file("core/math.glsl")?
             .part("tracer.tables", tables)
@@ -172,6 +183,9 @@ impl Tracer {
         }
         if self.has_spheres {
             source = source.file("bvh/sphere.glsl")?;
+        }
+        if self.has_discs {
+            source = source.file("bvh/disc.glsl")?;
         }
         source = match question {
             Question::Any => source.file("bvh/any.glsl")?,

@@ -2,11 +2,11 @@
 //! second opinion on each hit.
 //!
 //! Watertight triangles after Woop, Benthin, Wald 2013, boxes after Ize 2013, spheres after Haines et al. 2019; the pages of
-//! shaders/bvh/{triangle,node,sphere}.glsl give the details. Test: gate 5 (src/conform/traversal.rs), which compares both
+//! shaders/bvh/{triangle,node,sphere,disc}.glsl give the details. Test: gate 5 (src/conform/traversal.rs), which compares both
 //! with `brute`.
 
-use super::{Bvh, KIND_SPHERE, KIND_TRIANGLE, LEAF_BIT, leaf_range};
-use crate::prepare::records::{SphereRecord, TriangleRecord};
+use super::{Bvh, KIND_DISC, KIND_SPHERE, KIND_TRIANGLE, LEAF_BIT, leaf_range};
+use crate::prepare::records::{DiscRecord, SphereRecord, TriangleRecord};
 
 /// `d` has unit length; hits lie at 0 < t < t_max.
 #[derive(Clone, Copy, Debug)]
@@ -20,13 +20,13 @@ pub struct Ray {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     pub t: f32,
-    /// Barycentric weights of v1 and v2; 0 on a sphere.
+    /// Barycentric weights of v1 and v2; 0 on a sphere or disc.
     pub b1: f32,
     pub b2: f32,
     pub kind: u32,
     /// Place in leaf order.
     pub slot: u32,
-    /// Face number, or `SphereRecord::primitive`.
+    /// Face number, or `primitive` of the sphere's or disc's record.
     pub primitive: u32,
 }
 
@@ -42,6 +42,7 @@ pub struct Geometry<'a> {
     pub bvh: &'a Bvh,
     pub triangles: &'a [TriangleRecord],
     pub spheres: &'a [SphereRecord],
+    pub discs: &'a [DiscRecord],
 }
 
 /// 1 + 2 gamma_13: 3 roundings of a slab distance (Ize 2013, Section 3) and 10 ulp by which the triangle test may move an edge.
@@ -131,6 +132,15 @@ pub fn intersect_sphere(o: [f32; 3], d: [f32; 3], center: [f32; 3], radius: f32)
     (t0.min(t1), t0.max(t1))
 }
 
+/// Distance; NaN where the ray passes by or runs along the plane.
+pub fn intersect_disc(o: [f32; 3], d: [f32; 3], center: [f32; 3], normal: [f32; 3], radius: f32) -> f32 {
+    let dot = |a: [f32; 3], b: [f32; 3]| (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
+    let f: [f32; 3] = std::array::from_fn(|k| center[k] - o[k]);
+    let t = dot(f, normal) / dot(d, normal);
+    let h: [f32; 3] = std::array::from_fn(|k| t * d[k] - f[k]);
+    if dot(h, h) <= radius * radius { t } else { f32::NAN }
+}
+
 /// Nearest hit after (t_after, primitive_after) in the order of (t, primitive), before t_max. Start with (0, NONE).
 pub fn closest_from(g: &Geometry, ray: &Ray, t_after: f32, primitive_after: u32) -> Hit {
     let mut best = Hit { t: ray.t_max, primitive: 0, ..Hit::MISS };
@@ -166,16 +176,24 @@ fn walk(g: &Geometry, ray: &Ray, mut hit: impl FnMut(u32, u32, u32, f32, f32, f3
         } else {
             let (kind, first, count) = leaf_range(current);
             for slot in first..first + count {
-                let done = if kind == KIND_TRIANGLE {
-                    let r = &g.triangles[slot];
-                    let (t, b1, b2) = intersect_triangle(&shear, ray.o, [r.v0, r.v1, r.v2]);
-                    t > 0.0 && hit(kind, slot as u32, r.face, t, b1, b2, &mut t_max)
-                } else {
-                    debug_assert_eq!(kind, KIND_SPHERE);
-                    let r = &g.spheres[slot];
-                    let (near, far) = intersect_sphere(ray.o, ray.d, r.center, r.radius);
-                    (near > 0.0 && hit(kind, slot as u32, r.primitive, near, 0.0, 0.0, &mut t_max))
-                        || (far > 0.0 && hit(kind, slot as u32, r.primitive, far, 0.0, 0.0, &mut t_max))
+                let done = match kind {
+                    KIND_TRIANGLE => {
+                        let r = &g.triangles[slot];
+                        let (t, b1, b2) = intersect_triangle(&shear, ray.o, [r.v0, r.v1, r.v2]);
+                        t > 0.0 && hit(kind, slot as u32, r.face, t, b1, b2, &mut t_max)
+                    }
+                    KIND_SPHERE => {
+                        let r = &g.spheres[slot];
+                        let (near, far) = intersect_sphere(ray.o, ray.d, r.center, r.radius);
+                        (near > 0.0 && hit(kind, slot as u32, r.primitive, near, 0.0, 0.0, &mut t_max))
+                            || (far > 0.0 && hit(kind, slot as u32, r.primitive, far, 0.0, 0.0, &mut t_max))
+                    }
+                    _ => {
+                        debug_assert_eq!(kind, KIND_DISC);
+                        let r = &g.discs[slot];
+                        let t = intersect_disc(ray.o, ray.d, r.center, r.normal, r.radius);
+                        t > 0.0 && hit(kind, slot as u32, r.primitive, t, 0.0, 0.0, &mut t_max)
+                    }
                 };
                 if done {
                     return true;

@@ -3,7 +3,7 @@
 //! Each usable primitive lies in exactly one leaf, each box holds what is below it, kinds do not mix, `depth` is the longest
 //! path, every node but the root has one parent, and an empty slot has a box that no ray enters.
 
-use super::{BuildReport, Bvh, KIND_SPHERE, KIND_TRIANGLE, LEAF_BIT, leaf_range};
+use super::{BuildReport, Bvh, KIND_DISC, KIND_SPHERE, KIND_TRIANGLE, LEAF_BIT, Primitives, leaf_range};
 
 #[derive(Debug, thiserror::Error)]
 #[error("node {node}, slot {slot}: {what}")]
@@ -17,40 +17,33 @@ type Box3 = ([f32; 3], [f32; 3]);
 
 struct Walk<'a> {
     bvh: &'a Bvh,
-    triangles: &'a [[[f32; 3]; 3]],
-    spheres: &'a [([f32; 3], f32)],
+    primitives: &'a Primitives<'a>,
     seen_nodes: Vec<bool>,
-    seen_triangles: Vec<bool>,
-    seen_spheres: Vec<bool>,
+    /// By kind and number.
+    seen: [Vec<bool>; 3],
     depth: u32,
 }
 
 /// Checks the tree against the primitives it was built from.
-pub fn validate(
-    bvh: &Bvh,
-    triangles: &[[[f32; 3]; 3]],
-    spheres: &[([f32; 3], f32)],
-    report: &BuildReport,
-) -> Result<(), Broken> {
+pub fn validate(bvh: &Bvh, primitives: &Primitives, report: &BuildReport) -> Result<(), Broken> {
     let fail = |what: String| Err(Broken { node: 0, slot: 0, what });
     if bvh.nodes.is_empty() {
         return fail("no root".into());
     }
-    let kept = bvh.triangle_order.len() + bvh.sphere_order.len();
-    if kept + report.dropped() != triangles.len() + spheres.len() {
-        return fail(format!("{kept} kept and {} dropped of {}", report.dropped(), triangles.len() + spheres.len()));
+    let kept = bvh.triangle_order.len() + bvh.sphere_order.len() + bvh.disc_order.len();
+    if kept + report.dropped() != primitives.len() {
+        return fail(format!("{kept} kept and {} dropped of {}", report.dropped(), primitives.len()));
     }
+    let counts = [primitives.triangles.len(), primitives.spheres.len(), primitives.discs.len()];
     let mut walk = Walk {
         bvh,
-        triangles,
-        spheres,
+        primitives,
         seen_nodes: vec![false; bvh.nodes.len()],
-        seen_triangles: vec![false; triangles.len()],
-        seen_spheres: vec![false; spheres.len()],
+        seen: counts.map(|count| vec![false; count]),
         depth: 0,
     };
     walk.node(0, 1)?;
-    let leaves = walk.seen_triangles.iter().chain(&walk.seen_spheres).filter(|s| **s).count();
+    let leaves = walk.seen.iter().flatten().filter(|s| **s).count();
     if leaves != kept {
         return fail(format!("{leaves} primitives in leaves, {kept} in the order"));
     }
@@ -103,23 +96,33 @@ impl Walk<'_> {
 
     fn leaf(&mut self, word: u32) -> Result<Box3, String> {
         let (kind, first, count) = leaf_range(word);
-        let (order, seen) = match kind {
-            KIND_TRIANGLE => (&self.bvh.triangle_order, &mut self.seen_triangles),
-            KIND_SPHERE => (&self.bvh.sphere_order, &mut self.seen_spheres),
+        let order = match kind {
+            KIND_TRIANGLE => &self.bvh.triangle_order,
+            KIND_SPHERE => &self.bvh.sphere_order,
+            KIND_DISC => &self.bvh.disc_order,
             _ => return Err(format!("kind {kind}")),
         };
         let range = order.get(first..first + count).ok_or(format!("{first} + {count} of {}", order.len()))?;
         let mut whole = EMPTY;
         for &i in range {
             let i = i as usize;
-            if std::mem::replace(&mut seen[i], true) {
+            if std::mem::replace(&mut self.seen[kind as usize][i], true) {
                 return Err(format!("primitive {i} of kind {kind} is in two leaves"));
             }
-            if kind == KIND_TRIANGLE {
-                self.triangles[i].iter().for_each(|v| whole = union(whole, (*v, *v)));
-            } else {
-                let (c, r) = self.spheres[i];
-                whole = union(whole, (c.map(|c| c - r), c.map(|c| c + r)));
+            match kind {
+                KIND_TRIANGLE => self.primitives.triangles[i].iter().for_each(|v| whole = union(whole, (*v, *v))),
+                KIND_SPHERE => {
+                    let (c, r) = self.primitives.spheres[i];
+                    whole = union(whole, (c.map(|c| c - r), c.map(|c| c + r)));
+                }
+                _ => {
+                    let d = &self.primitives.discs[i];
+                    let end = |sign: f64| {
+                        let half = d.half_extent();
+                        std::array::from_fn(|k| (f64::from(d.center[k]) + sign * half[k]) as f32)
+                    };
+                    whole = union(whole, (end(-1.0), end(1.0)));
+                }
             }
         }
         Ok(whole)

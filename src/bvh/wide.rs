@@ -4,7 +4,7 @@
 //! primitives in the same order, so that neighbours in space are neighbours in memory.
 
 use super::build::Node2;
-use super::{Bvh, KIND_TRIANGLE, Node4, leaf_word};
+use super::{Bvh, KIND_SPHERE, KIND_TRIANGLE, Node4, leaf_word};
 
 /// `nodes` in post-order (the root last, empty for no primitive), `leaf_order` (kind, number) as the leaves refer to them.
 pub(super) fn collapse(nodes: &[Node2], leaf_order: &[(u32, u32)]) -> Bvh {
@@ -63,7 +63,11 @@ fn fill(
         if count > 0 {
             let first = nodes[c].link as usize;
             let kind = leaf_order[first].0;
-            let order = if kind == KIND_TRIANGLE { &mut bvh.triangle_order } else { &mut bvh.sphere_order };
+            let order = match kind {
+                KIND_TRIANGLE => &mut bvh.triangle_order,
+                KIND_SPHERE => &mut bvh.sphere_order,
+                _ => &mut bvh.disc_order,
+            };
             wide.child[slot] = leaf_word(kind, order.len(), count);
             order.extend(leaf_order[first..first + count].iter().map(|p| p.1));
         }

@@ -1,4 +1,4 @@
-//! The triangles and spheres of a surface meter: a table of its own, from the shapes' world geometry, with an alias table by area.
+//! The triangles, spheres and discs of a surface meter: a table of its own, from the shapes' world geometry, with an alias table by area.
 //!
 //! A mirrored instance turns its winding, as in `prepare::geometry`, so that side +1 is the front of every shape.
 
@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::light::alias::AliasTable;
-use crate::prepare::records::{AliasRecord, HIT_SPHERE, HIT_TRIANGLE, SensorElementRecord};
+use crate::prepare::records::{AliasRecord, HIT_DISC, HIT_SPHERE, HIT_TRIANGLE, SensorElementRecord};
 use crate::scene::{Projection, Scene, Shape, SurfaceMeter};
 
 /// Tables of a meter; empty for everything that has none.
@@ -20,7 +20,16 @@ pub struct Elements {
 /// One element in the world.
 enum Element {
     Triangle([DVec3; 3]),
-    Sphere { center: DVec3, radius: f64 },
+    Sphere {
+        center: DVec3,
+        radius: f64,
+    },
+    /// Two radii at a right angle; `x` cross `y` points to the front.
+    Disc {
+        center: DVec3,
+        x: DVec3,
+        y: DVec3,
+    },
 }
 
 impl Element {
@@ -28,6 +37,7 @@ impl Element {
         match self {
             Self::Triangle([a, b, c]) => 0.5 * (b - a).cross(c - a).length(),
             Self::Sphere { radius, .. } => 4.0 * PI * radius * radius,
+            Self::Disc { x, y, .. } => PI * x.cross(*y).length(),
         }
     }
 }
@@ -77,6 +87,10 @@ fn record(element: &Element, origin: DVec3, is_back: bool) -> SensorElementRecor
             let b = [*radius as f32, 0.0, 0.0];
             SensorElementRecord { a: vec(*center - origin), kind: HIT_SPHERE, b, weight: 1.0, c: [0.0; 3], side }
         }
+        Element::Disc { center, x, y } => {
+            let a = vec(*center - origin);
+            SensorElementRecord { a, kind: HIT_DISC, b: vec(*x), weight: 1.0, c: vec(*y), side }
+        }
     }
 }
 
@@ -100,6 +114,10 @@ fn visit(scene: &Scene, shapes: &[usize], mut take: impl FnMut(Element)) {
                 let [a, b, c, d] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
                 triangle([a, b, c]);
                 triangle([a, c, d]);
+            }
+            Shape::Disc => {
+                let (x, y) = (m.matrix3.x_axis, m.matrix3.y_axis);
+                take(Element::Disc { center: m.translation, x, y: if is_mirrored { -y } else { y } });
             }
             Shape::Sphere => take(Element::Sphere { center: m.translation, radius: m.matrix3.x_axis.length() }),
         }

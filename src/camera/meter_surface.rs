@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 
 use super::{Model, Start, View, meter_point, plane, vec};
 use crate::math::warp;
-use crate::prepare::records::{CameraRecord, HIT_SPHERE};
+use crate::prepare::records::{CameraRecord, HIT_DISC, HIT_SPHERE};
 use crate::sampler::{self, Purpose};
 use crate::scene::{Camera, Film, Projection};
 
@@ -45,6 +45,9 @@ pub(super) fn place(view: &View, word: &dyn Fn(Purpose) -> u32) -> (DVec3, DVec3
     let (point, normal, size) = if element.kind == HIT_SPHERE {
         let normal = warp::uniform_sphere(u);
         (a + b.x * normal, normal, b.x)
+    } else if element.kind == HIT_DISC {
+        let d = warp::concentric_disk(u);
+        (a + d.x * b + d.y * c, b.cross(c).normalize(), b.abs().max(c.abs()).max_element())
     } else {
         let [b1, b2] = warp::uniform_triangle(u);
         let (e1, e2) = (b - a, c - a);

@@ -1,11 +1,18 @@
-//! `generate showcase`: makes the generated files of scenes/ again.
+//! `generate showcase`: makes the generated files of scenes/ again. `generate sheet`: pictures of all sample models on one page.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
+use steradian::conform::models;
+use steradian::gpu::renderer::KernelOptions;
+use steradian::integrator::Settings;
+use steradian::output::image::{self, Picture};
 use steradian::output::write_atomically;
+use steradian::render::{self, Stops};
+use steradian::report::sheet;
 use steradian::showcase;
 
-use super::Exit;
+use super::{Exit, source};
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -21,14 +28,60 @@ enum What {
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
     },
+    /// A contact sheet of every model below gltf/ of the assets folder, numbered in the order of their names
+    Sheet {
+        /// PNG to write
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+        #[arg(long, value_name = "WxH", default_value = "128x96", value_parser = super::parse_size)]
+        size: (u32, u32),
+        /// Samples a pixel
+        #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..))]
+        spp: u32,
+        /// Pictures in a row
+        #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=100))]
+        columns: u16,
+        #[arg(long, value_name = "D", default_value = "auto")]
+        device: String,
+    },
 }
 
 pub fn run(args: &Args) -> anyhow::Result<Exit> {
-    let What::Showcase { output } = &args.what;
-    for (name, bytes) in showcase::files() {
-        let path = output.join(name);
-        write_atomically(&path, &bytes)?;
-        println!("wrote {} ({} bytes)", path.display(), bytes.len());
+    match &args.what {
+        What::Showcase { output } => {
+            for (name, bytes) in showcase::files() {
+                let path = output.join(name);
+                write_atomically(&path, &bytes)?;
+                println!("wrote {} ({} bytes)", path.display(), bytes.len());
+            }
+        }
+        What::Sheet { output, size, spp, columns, device } => {
+            let pictures = pictures([size.0, size.1], *spp, device)?;
+            let (width, height, bytes) = sheet::lay_out(&pictures, usize::from(*columns));
+            image::write_rgb8(output, width, height, &bytes)?;
+            println!("wrote {}", output.display());
+        }
     }
     Ok(Exit::Done)
+}
+
+/// Every sample model: flat ones from their front, which their makers mean to be looked at, others from the front right.
+fn pictures(size: [u32; 2], spp: u32, device: &str) -> anyhow::Result<Vec<Picture>> {
+    let folder = models::folder();
+    let list = models::list(&folder);
+    anyhow::ensure!(!list.is_empty(), "no models in {}: set STERADIAN_ASSETS", folder.join("gltf").display());
+    let mut pictures = Vec::new();
+    for path in list {
+        let mut scene = models::framed(&path, &folder, size)?;
+        models::face(&path, &mut scene)?;
+        println!("{:3} {}", pictures.len() + 1, scene.name);
+        scene.notes.iter().for_each(|note| println!("    {note}"));
+        let options = source::Options { device, kernel: KernelOptions::default() };
+        let mut opened = source::open(&scene, &Settings::default(), &options)?;
+        let blocks = Some(render::blocks_for(u64::from(spp)));
+        let stops = Stops { blocks, time_s: None, started: Instant::now() };
+        let outcome = render::render(opened.source.as_mut(), &stops, &|| false, &mut |_| ())?;
+        pictures.push(Picture::of_film(&outcome.film));
+    }
+    Ok(pictures)
 }

@@ -136,8 +136,19 @@ pub fn oracle(scene: &Scene, spp: u32) -> Film {
 
 /// Gate 7: the device against the oracle's image, with as many samples.
 pub fn against_oracle(subject: &Subject, scene: &Scene, estimator: Estimator, oracle: &Film) -> Result<GateRow, Error> {
+    against_oracle_in(subject, scene, estimator, oracle, 1)
+}
+
+/// The same by squares of `side` pixels.
+pub fn against_oracle_in(
+    subject: &Subject,
+    scene: &Scene,
+    estimator: Estimator,
+    oracle: &Film,
+    side: u32,
+) -> Result<GateRow, Error> {
     let seen = subject.film(scene, &settings(estimator), u64::from(oracle.min_block_count()))?;
-    let c = compare(&seen, oracle, 1);
+    let c = compare(&seen, oracle, side);
     let spp = oracle.min_block_count() * BLOCK_SAMPLES;
     let name = format!("image {} {estimator:?}", scene.name).to_lowercase();
     Ok(GateRow::new(Gate::Images, name, c.is_equal, format!("{spp} spp: {}", c.evidence), c.bound))

@@ -9,6 +9,7 @@ pub mod camera;
 pub mod coverage;
 pub mod images;
 pub mod inputs;
+pub mod models;
 pub mod mutations;
 pub mod paths;
 pub mod probe;

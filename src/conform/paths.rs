@@ -1,14 +1,12 @@
 //! The rows of gates 6, 7 and 8: which scenes, which estimators, how many samples.
 
-use std::path::{Path, PathBuf};
-
 use super::report::{Gate, GateRow, Verdict, is_wanted};
 use super::subject::Subject;
-use super::{camera, images, replay};
+use super::{camera, images, models, replay};
 use crate::error::Error;
 use crate::integrator::{Estimator, Settings};
 use crate::reference::{known, scenes};
-use crate::scene::{self, Scene, SkyRadiance};
+use crate::scene::Scene;
 
 /// Size of the images: `SMALL` for continuous integration, `FULL` by command.
 #[derive(Clone, Copy, Debug)]
@@ -27,14 +25,13 @@ const MODELS: [&str; 3] = [
     "gltf/GlassHurricaneCandleHolder/GlassHurricaneCandleHolder.glb",
     "gltf/NormalTangentTest/NormalTangentTest.glb",
 ];
-const SKY: &str = "hdri/kloppenheim_05_1k.hdr";
 
 type Run<'a> = Box<dyn Fn(&Subject) -> Result<GateRow, Error> + 'a>;
 
 /// Runs the rows that `filter` names.
 pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     let scenes = scenes::all(scale.size);
-    let (models, missing) = models(scale.size);
+    let (models, missing) = some_models(scale.size);
     let known = known::all();
     let cameras = camera::scenes(scale.size / 2);
     let mut list: Vec<(Gate, String, Run)> = Vec::new();
@@ -77,32 +74,21 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
             rows.push(GateRow { gate: Gate::Images, name, verdict, evidence, bound });
         }
     }
+    rows.extend(models::rows(subject, filter));
     rows
 }
 
 /// The models that are there, framed and lit, and the names of the rest.
-fn models(size: u32) -> (Vec<Scene>, Vec<String>) {
-    let folder = std::env::var_os("STERADIAN_ASSETS").map_or_else(|| PathBuf::from("../shared/assets"), PathBuf::from);
+fn some_models(size: u32) -> (Vec<Scene>, Vec<String>) {
+    let folder = models::folder();
     let (mut found, mut missing) = (Vec::new(), Vec::new());
     for file in MODELS {
-        match model(&folder, file, size) {
-            Some(scene) => found.push(scene),
-            None => missing.push(file.to_owned()),
+        match models::framed(&folder.join(file), &folder, [size; 2]) {
+            Ok(scene) => found.push(scene),
+            Err(_) => missing.push(file.to_owned()),
         }
     }
     (found, missing)
-}
-
-fn model(folder: &Path, file: &str, size: u32) -> Option<Scene> {
-    let mut scene = scene::format::load(&folder.join(file)).ok()?;
-    let sky = scene::format::image_file::read_sky(&folder.join(SKY), &mut scene.notes).ok()?;
-    scene.images.push(sky);
-    let radiance = SkyRadiance::Image(scene.images.len() - 1);
-    scene.sky = Some(scene::Sky { radiance, rotation_rad: 0.6, scale: 1.0 });
-    (scene.film.width, scene.film.height) = (size, size);
-    scene.name = Path::new(file).file_stem()?.to_string_lossy().into_owned();
-    scene::frame_camera(&mut scene);
-    Some(scene)
 }
 
 #[cfg(test)]

@@ -64,7 +64,7 @@ fn against_brute_force(device: &Device, mesh: &Mesh) -> Result<(bool, String, &'
     let mut tally = Tally::default();
     let mut same_bits = 0;
     for (ray, (hit, any)) in rays.iter().zip(hits.iter().zip(&any)) {
-        let nearest = brute::nearest(g.triangles, g.spheres, ray);
+        let nearest = brute::nearest(&g, ray);
         tally.add(judge::judge(&g, ray, &hit.hit(), nearest), ray, hit);
         if (any.kind == 1) != (hit.kind != NONE) {
             tally.add(Judgement::Wrong("any-hit differs from closest"), ray, hit);

@@ -21,6 +21,7 @@ pub struct Features {
     pub cameras: Vec<usize>,
     pub triangles: bool,
     pub spheres: bool,
+    pub discs: bool,
     pub sky: bool,
     pub sky_image: bool,
     /// Kinds of light that next-event estimation can choose, ascending numbers of `light::KINDS`.
@@ -75,12 +76,13 @@ impl Features {
             cameras: vec![p.camera.kind as usize],
             triangles: !p.triangles.is_empty(),
             spheres: !p.spheres.is_empty(),
+            discs: !p.discs.is_empty(),
             sky: p.has_sky,
             sky_image: !p.sky_texels.is_empty(),
             lights,
             smooth_normals: !p.normals.is_empty(),
-            tangents: has(MATERIAL_TANGENT) && !(p.tangents.is_empty() && p.spheres.is_empty()),
-            uvs: !p.uvs.is_empty(),
+            tangents: has(MATERIAL_TANGENT) && !(p.tangents.is_empty() && p.spheres.is_empty() && p.discs.is_empty()),
+            uvs: false,
             colors: !p.colors.is_empty(),
             emission: has(MATERIAL_EMITS),
             alpha: has(MATERIAL_MASK | MATERIAL_BLEND),
@@ -106,6 +108,8 @@ impl Features {
                 _ => {}
             });
         }
+        // Spheres and discs have coordinates without any vertex that carries them.
+        f.uvs = f.image_textures || f.checker_textures;
         f
     }
 
@@ -115,6 +119,7 @@ impl Features {
             &mut self.aovs,
             &mut self.triangles,
             &mut self.spheres,
+            &mut self.discs,
             &mut self.sky,
             &mut self.smooth_normals,
             &mut self.tangents,
@@ -198,6 +203,7 @@ impl Features {
             // Closed meshes stay closed where an edge function is exactly 0 in f32.
             ("TRIANGLE_EXACT_EDGES", true),
             ("HAS_SPHERES", self.spheres),
+            ("HAS_DISCS", self.discs),
             ("HAS_SKY", self.sky),
             ("SKY_IMAGE", self.sky_image),
             ("HAS_BACKGROUND", self.backgrounds().next().is_some()),

@@ -1,4 +1,4 @@
-//! Instances flattened to world triangles and spheres, rebased in f64 so that the camera stands at the origin.
+//! Instances flattened to world triangles, spheres and discs, rebased in f64 so that the camera stands at the origin.
 //!
 //! Mirrored instances have their winding turned, so that "front is counter-clockwise" holds in the records. Normals go through the
 //! inverse transpose. Vertex arrays exist only where a material or a texture reads them.
@@ -25,6 +25,7 @@ pub struct Wanted {
 pub struct Geometry {
     pub triangles: Vec<TriangleRecord>,
     pub spheres: Vec<SphereRecord>,
+    pub discs: Vec<DiscRecord>,
     pub faces: Vec<FaceRecord>,
     pub normals: Vec<NormalRecord>,
     pub tangents: Vec<TangentRecord>,
@@ -48,10 +49,14 @@ pub fn flatten(scene: &Scene, origin: DVec3, wanted: Wanted) -> Result<Geometry,
             Shape::Mesh(mesh) => append_mesh(&mut g, &scene.meshes[mesh], instance, &to_world, wanted)?,
             Shape::Rectangle => append_mesh(&mut g, &rectangle, instance, &to_world, wanted)?,
             Shape::Sphere => append_sphere(&mut g, instance, index, &to_world)?,
+            Shape::Disc => append_disc(&mut g, instance, index, &to_world)?,
         }
     }
     for (number, sphere) in g.spheres.iter_mut().enumerate() {
         sphere.primitive = (g.faces.len() + number) as u32;
+    }
+    for (number, disc) in g.discs.iter_mut().enumerate() {
+        disc.primitive = (g.faces.len() + g.spheres.len() + number) as u32;
     }
     Ok(g)
 }
@@ -155,6 +160,35 @@ fn append_sphere(g: &mut Geometry, instance: &Instance, index: usize, to_world: 
         light: NONE,
         material: instance.material as u32,
         instance: index as u32,
+    });
+    Ok(())
+}
+
+fn append_disc(g: &mut Geometry, instance: &Instance, index: usize, to_world: &DAffine3) -> Result<(), super::Error> {
+    let m = to_world.matrix3;
+    let fail = |what| Err(super::Error::Transform { instance: instance.name.clone(), what });
+    let (x, y) = (m.x_axis, m.y_axis);
+    let radius = x.length();
+    let normal = x.cross(y);
+    if radius == 0.0 || normal == DVec3::ZERO {
+        return fail("gives a disc the radius 0");
+    }
+    // 1e-6 as for spheres. Along the normal a disc may be scaled at will.
+    if (y.length() - radius).abs() > 1e-6 * radius || x.dot(y).abs() > 1e-6 * radius * radius {
+        return fail("stretches a disc unevenly; use a mesh for an ellipse");
+    }
+    let handedness = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+    g.discs.push(DiscRecord {
+        center: to_world.translation.as_vec3().to_array(),
+        radius: radius as f32,
+        normal: unit(normal * handedness),
+        primitive: 0,
+        tangent: unit(x),
+        handedness: handedness as f32,
+        light: NONE,
+        material: instance.material as u32,
+        instance: index as u32,
+        reserved: 0,
     });
     Ok(())
 }

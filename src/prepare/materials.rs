@@ -252,5 +252,13 @@ pub fn camera_medium(p: &Prepared) -> u32 {
             meet(if is_inside { middle + half } else { middle - half }, is_inside, s.material);
         }
     }
+    for d in &p.discs {
+        let (center, normal) = (vec(d.center), vec(d.normal));
+        let along = normal.dot(direction);
+        let distance = normal.dot(center) / along;
+        if (direction * distance - center).length() <= f64::from(d.radius) {
+            meet(distance, along > 0.0, d.material);
+        }
+    }
     nearest.1
 }

@@ -50,12 +50,14 @@ pub struct Prepared {
     pub sensor_elements: Vec<SensorElementRecord>,
     /// Alias table over `sensor_elements`, by area.
     pub sensor_alias: Vec<AliasRecord>,
-    /// Nodes and the leaf order of `triangles` and `spheres`.
+    /// Nodes and the leaf order of `triangles`, `spheres` and `discs`.
     pub bvh: Bvh,
     /// In leaf order.
     pub triangles: Vec<TriangleRecord>,
     /// In leaf order.
     pub spheres: Vec<SphereRecord>,
+    /// In leaf order.
+    pub discs: Vec<DiscRecord>,
     /// By face number (`TriangleRecord::face`).
     pub faces: Vec<FaceRecord>,
     /// By vertex number. Empty when no face has smooth normals or tangents.
@@ -105,7 +107,10 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
     let start = std::time::Instant::now();
     let positions: Vec<[[f32; 3]; 3]> = geometry.triangles.iter().map(|t| [t.v0, t.v1, t.v2]).collect();
     let balls: Vec<([f32; 3], f32)> = geometry.spheres.iter().map(|s| (s.center, s.radius)).collect();
-    let (tree, report) = bvh::build(&positions, &balls)?;
+    let plate = |d: &DiscRecord| bvh::Disc { center: d.center, normal: d.normal, radius: d.radius };
+    let plates: Vec<bvh::Disc> = geometry.discs.iter().map(plate).collect();
+    let primitives = bvh::Primitives { triangles: &positions, spheres: &balls, discs: &plates };
+    let (tree, report) = bvh::build(&primitives)?;
     let bvh_s = start.elapsed().as_secs_f64();
 
     let mut p = Prepared {
@@ -114,6 +119,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
         origin,
         triangles: tree.triangle_order.iter().map(|&i| geometry.triangles[i as usize]).collect(),
         spheres: tree.sphere_order.iter().map(|&i| geometry.spheres[i as usize]).collect(),
+        discs: tree.disc_order.iter().map(|&i| geometry.discs[i as usize]).collect(),
         bvh: tree,
         faces: geometry.faces,
         normals: geometry.normals,
@@ -215,6 +221,9 @@ impl Prepared {
         for s in &self.spheres {
             add(s.center, s.radius);
         }
+        for d in &self.discs {
+            add(d.center, d.radius);
+        }
         if low.x <= high.x { 0.5 * (high - low).length() } else { 0.0 }
     }
 }
@@ -238,6 +247,8 @@ mod tests {
             ("sphere", mapped, true),
             ("sphere", brushed, true),
             ("sphere", "", false),
+            ("disc", mapped, true),
+            ("disc", brushed, true),
             ("rectangle", mapped, true),
             ("rectangle", "", false),
         ] {
@@ -249,6 +260,19 @@ mod tests {
             assert_eq!(has_tangents, is_wanted, "{shape} {material}");
             // The kernel reads a tangent's handedness beside the normal.
             assert_eq!(p.normals.len(), p.tangents.len(), "{shape} {material}");
+        }
+    }
+
+    #[test]
+    fn shapes_without_vertices_have_texture_coordinates_where_a_pattern_reads_them() {
+        for shape in ["sphere", "disc", "rectangle"] {
+            for (albedo, is_wanted) in [("{ texture = \"t\" }", true), ("0.5", false)] {
+                let p = prepared(&format!(
+                    "[[texture]]\nname = \"t\"\ntype = \"checker\"\n[[material]]\nname = \"m\"\nalbedo = {albedo}\n\
+                     [[shape]]\ntype = \"{shape}\"\nmaterial = \"m\"\n[camera]\nposition = [0, 0, 5]\n"
+                ));
+                assert_eq!(Features::of(&p, &Settings::default()).uvs, is_wanted, "{shape} {albedo}");
+            }
         }
     }
 

@@ -8,6 +8,7 @@ pub const NONE: u32 = u32::MAX;
 /// `Hit.kind` of the traversal, and the kind of a leaf word.
 pub const HIT_TRIANGLE: u32 = 0;
 pub const HIT_SPHERE: u32 = 1;
+pub const HIT_DISC: u32 = 2;
 
 gpu_record! {
     /// The camera, at the origin; shared by all kinds (src/camera), which say what they read. Film position (x, y) in pixels, row 0 on
@@ -36,15 +37,15 @@ gpu_record! {
 gpu_record! {
     /// A triangle or sphere of a surface meter, front counter-clockwise, outside.
     pub struct SensorElementRecord {
-        /// Triangle: vertex 0. Sphere: centre.
+        /// Triangle: vertex 0. Sphere, disc: centre.
         a: [f32; 3],
-        /// HIT_TRIANGLE or HIT_SPHERE.
+        /// HIT_TRIANGLE, HIT_SPHERE or HIT_DISC.
         kind: u32,
-        /// Triangle: vertex 1. Sphere: radius in x.
+        /// Triangle: vertex 1. Sphere: radius in x. Disc: one radius.
         b: [f32; 3],
         /// Its share of the area over the probability that the table chooses it: 1 up to rounding.
         weight: f32,
-        /// Triangle: vertex 2.
+        /// Triangle: vertex 2. Disc: another radius, b x c towards the front.
         c: [f32; 3],
         /// 1: the front is measured, -1: the back.
         side: f32,
@@ -78,6 +79,25 @@ gpu_record! {
         light: u32,
         material: u32,
         instance: u32,
+    }
+}
+
+gpu_record! {
+    /// One flat disc, leaf order. Front is the side that `normal` points to.
+    pub struct DiscRecord {
+        center: [f32; 3],
+        radius: f32,
+        normal: [f32; 3],
+        /// The primitive's number: after all faces and spheres.
+        primitive: u32,
+        /// Unit, in the plane, towards growing u.
+        tangent: [f32; 3],
+        /// +1 or -1: v falls along `handedness` normal x tangent.
+        handedness: f32,
+        light: u32,
+        material: u32,
+        instance: u32,
+        reserved: u32,
     }
 }
 

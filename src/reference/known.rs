@@ -149,6 +149,33 @@ pub fn rectangle_lamp() -> Known {
     }
 }
 
+/// Disc lamp of radius R parallel to the floor, h above it, seen from `aside` off its axis: E = pi L F with
+/// F = (1 - (h^2 + a^2 - R^2)/sqrt((h^2 + a^2 + R^2)^2 - 4 a^2 R^2))/2 (Siegel and Howell, differential element to a parallel
+/// disc), which on the axis is R^2/(R^2 + h^2).
+fn disc_lamp_at(name: &'static str, about: &'static str, aside: f64) -> Known {
+    let (albedo, emission) = (DVec3::new(0.7, 0.5, 0.3), DVec3::new(10.0, 8.0, 4.0));
+    let (radius, height) = (0.6, 0.9);
+    let mut scene = narrow(name, DVec3::new(0.0, 0.4, 1.6), DVec3::ZERO);
+    place(&mut scene, "floor", Shape::Rectangle, floor_at(DVec3::ZERO, 10.0), lambert(albedo));
+    let turn = glam::DQuat::from_rotation_x(0.5 * PI);
+    let center = DVec3::new(aside, height, 0.0);
+    let to_world = DAffine3::from_scale_rotation_translation(DVec3::splat(radius), turn, center);
+    place(&mut scene, "lamp", Shape::Disc, to_world, lamp(emission));
+    let (h2, a2, r2) = (height * height, aside * aside, radius * radius);
+    let factor = 0.5 * (1.0 - (h2 + a2 - r2) / ((h2 + a2 + r2).powi(2) - 4.0 * a2 * r2).sqrt());
+    Known { name, about, scene, radiance: albedo * emission * factor }
+}
+
+/// Below the middle of a disc lamp.
+pub fn disc_lamp() -> Known {
+    disc_lamp_at("disc lamp", "E = pi L R^2/(R^2 + h^2) on the axis of a disc", 0.0)
+}
+
+/// Beside it.
+pub fn disc_lamp_aside() -> Known {
+    disc_lamp_at("disc lamp aside", "form factor of a parallel disc off its axis", 1.1)
+}
+
 /// Sky of 8 x 4 texels whose columns have colours that are linear in the column; turned by +90 degrees about +y, which carries
 /// -z (the image's centre) to -x, 2 texels to the left. Toward the centre of column `column` one now sees `column` + 2.
 fn turned_columns(scene: &mut Scene, column: u32) -> (DVec3, DVec3) {
@@ -239,6 +266,8 @@ pub fn all() -> Vec<Known> {
         uniform_sky(),
         sphere_lamp(),
         rectangle_lamp(),
+        disc_lamp(),
+        disc_lamp_aside(),
         turned_sky(),
         mirror_ball(),
         absorbing_slab(),

@@ -229,6 +229,27 @@ pub fn materials(size: u32) -> Scene {
     s
 }
 
+/// Discs in every use: painted, brushed, veiled, mirrored, and shining.
+pub fn discs(size: u32) -> Scene {
+    let mut s = empty("discs", camera(DVec3::new(0.3, 1.4, 4.0), DVec3::Y * 0.5, 40f64.to_radians()), size);
+    s.textures.push(Texture::Checker { a: [0.8; 4], b: [0.1, 0.2, 0.4, 1.0], scale: [6.0, 6.0] });
+    let checker = || Value::Texture { texture: 0, uv_set: 0, uv_transform: glam::DAffine2::IDENTITY };
+    let plate = |center, normal, radius| wall(center, normal, [radius, radius]);
+    let painted = material("lambert", &[("albedo", checker())]);
+    place(&mut s, "floor", Shape::Disc, plate(DVec3::ZERO, DVec3::Y, 2.5), painted.clone());
+    let tilted = DVec3::new(0.5, 0.3, 0.8).normalize();
+    let brushed = material("conductor", &[("roughness", Value::scalar(0.5)), ("roughness_y", Value::scalar(0.2))]);
+    place(&mut s, "brushed", Shape::Disc, plate(DVec3::new(-0.9, 0.7, 0.0), tilted, 0.6), brushed);
+    let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    place(&mut s, "mirrored", Shape::Disc, plate(DVec3::new(0.9, 0.6, -0.2), DVec3::Z, 0.55) * mirror, painted);
+    let veil = Material { alpha: Alpha::Blend { value: Value::scalar(0.4) }, ..lambert(DVec3::new(0.8, 0.3, 0.2)) };
+    place(&mut s, "veil", Shape::Disc, plate(DVec3::new(0.1, 0.5, 1.0), DVec3::new(-0.6, 0.0, 0.8), 0.4), veil);
+    let down = DVec3::new(0.1, -1.0, 0.2).normalize();
+    let center = DVec3::new(0.2, 2.2, 0.4);
+    place(&mut s, "lamp", Shape::Disc, plate(center, down, 0.35), lamp(DVec3::new(9.0, 8.0, 6.0)));
+    s
+}
+
 /// All of them at a size.
 pub fn all(size: u32) -> Vec<Scene> {
     vec![cornell(size), sphere_lamps(size), alpha_sheets(size), textured(size), materials(size)]

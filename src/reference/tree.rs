@@ -3,7 +3,7 @@
 //! Triangles by signed volumes (Pluecker coordinates; Davidovic, Hachisuka and Slusallek 2012): the edge functions of two
 //! triangles that share an edge are exactly opposite in IEEE arithmetic, so rays do not slip between them. Spheres by the
 //! quadratic whose discriminant is taken from the distance of the centre to the ray (Haines et al., Ray Tracing Gems 2019,
-//! ch. 7). No epsilon: a ray names the primitive it leaves. A plane cannot be hit again from itself; a sphere can be hit
+//! ch. 7), discs by the plane and the distance from the centre. No epsilon: a ray names the primitive it leaves. A plane cannot be hit again from itself; a sphere can be hit
 //! only on its far side, and only when the ray goes inside. Boxes are widened as in Ize 2013. Tests below: brute force.
 
 use glam::DVec3;
@@ -33,7 +33,7 @@ impl Ray {
 pub struct Hit {
     pub t: f64,
     pub primitive: u32,
-    /// Triangle: weights of vertices 1 and 2. Sphere: 0.
+    /// Triangle: weights of vertices 1 and 2. Sphere, disc: 0.
     pub barycentric: [f64; 2],
     /// The ray leaves a sphere here.
     pub is_far: bool,
@@ -42,7 +42,16 @@ pub struct Hit {
 #[derive(Clone, Copy, Debug)]
 pub enum Shape {
     Triangle([DVec3; 3]),
-    Sphere { center: DVec3, radius: f64 },
+    Sphere {
+        center: DVec3,
+        radius: f64,
+    },
+    /// `normal` is unit.
+    Disc {
+        center: DVec3,
+        normal: DVec3,
+        radius: f64,
+    },
 }
 
 impl Shape {
@@ -50,6 +59,11 @@ impl Shape {
         match self {
             Self::Triangle(v) => Bounds { min: v[0].min(v[1]).min(v[2]), max: v[0].max(v[1]).max(v[2]) },
             Self::Sphere { center, radius } => Bounds { min: center - *radius, max: center + *radius },
+            Self::Disc { center, normal, radius } => {
+                // 1e-12 of the radius covers the rounding of 1 - n^2 near 0.
+                let half = *radius * ((DVec3::ONE - normal * normal).max(DVec3::ZERO).map(f64::sqrt) + 1e-12);
+                Bounds { min: center - half, max: center + half }
+            }
         }
     }
 }
@@ -67,7 +81,7 @@ impl Stored {
     fn new(number: u32, shape: Shape) -> Self {
         let normal = match shape {
             Shape::Triangle(v) => (v[1] - v[0]).cross(v[2] - v[0]),
-            Shape::Sphere { .. } => DVec3::ZERO,
+            Shape::Sphere { .. } | Shape::Disc { .. } => DVec3::ZERO,
         };
         Self { number, shape, normal }
     }
@@ -94,6 +108,12 @@ impl Stored {
                     if t > 0.0 && t <= t_max {
                         found(Hit { t, primitive: self.number, barycentric: [0.0; 2], is_far });
                     }
+                }
+            }
+            Shape::Disc { center, normal, radius } => {
+                let t = (*center - ray.origin).dot(*normal) / ray.direction.dot(*normal);
+                if t > 0.0 && t <= t_max && !leaves && ray.at(t).distance_squared(*center) <= radius * radius {
+                    found(Hit { t, primitive: self.number, barycentric: [0.0; 2], is_far: false });
                 }
             }
         }

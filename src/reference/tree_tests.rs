@@ -21,10 +21,10 @@ fn closest_and_any_agree_with_brute_force() {
     let shapes: Vec<(u32, Shape)> = (0..500)
         .map(|i| {
             let center = vector(&mut c);
-            let shape = if i % 5 == 0 {
-                Shape::Sphere { center, radius: 0.05 + 0.05 * noise(&mut c).abs() }
-            } else {
-                Shape::Triangle([0; 3].map(|_| center + 0.2 * vector(&mut c)))
+            let shape = match i % 5 {
+                0 => Shape::Sphere { center, radius: 0.05 + 0.05 * noise(&mut c).abs() },
+                1 => Shape::Disc { center, normal: vector(&mut c).normalize(), radius: 0.2 * noise(&mut c).abs() },
+                _ => Shape::Triangle([0; 3].map(|_| center + 0.2 * vector(&mut c))),
             };
             (i, shape)
         })

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::bvh::tracer::{HitRecord, Question, RayRecord, TraceError, Tracer};
 use crate::bvh::traverse::{self, Geometry, NONE, Ray};
-use crate::bvh::{self, Bvh};
+use crate::bvh::{self, Bvh, Primitives};
 use crate::gpu::Device;
 use crate::prepare::records::TriangleRecord;
 
@@ -57,7 +57,9 @@ pub fn build() -> BuildBench {
     let mut tree = Bvh::default();
     for _ in 0..ROUNDS {
         let start = Instant::now();
-        tree = bvh::build_unchecked(&corners, &[]).expect("the bench's scene is small").0;
+        tree = bvh::build_unchecked(&Primitives { triangles: &corners, ..Primitives::default() })
+            .expect("the bench's scene is small")
+            .0;
         times.push(start.elapsed().as_secs_f64());
     }
     let build_s = median(times);
@@ -74,13 +76,14 @@ pub fn build() -> BuildBench {
 /// Primary, bounce 1, bounce 2 and shadow rays on `device` and in scalar Rust.
 pub fn rays(device: &Device) -> Result<Vec<RayBench>, TraceError> {
     let corners = scene();
-    let (bvh, _) = bvh::build(&corners, &[]).expect("the bench's scene is small");
+    let (bvh, _) =
+        bvh::build(&Primitives { triangles: &corners, ..Primitives::default() }).expect("the bench's scene is small");
     let record = |&i: &u32| {
         let [v0, v1, v2] = corners[i as usize];
         TriangleRecord { v0, v1, v2, face: i, ..Default::default() }
     };
     let triangles: Vec<_> = bvh.triangle_order.iter().map(record).collect();
-    let g = Geometry { bvh: &bvh, triangles: &triangles, spheres: &[] };
+    let g = Geometry { bvh: &bvh, triangles: &triangles, spheres: &[], discs: &[] };
     let tracer = Tracer::new(device, &g)?;
 
     let primary: Vec<Ray> = (0..SIDE * SIDE).map(camera_ray).collect();

@@ -17,6 +17,7 @@ use crate::shader::tables::TABLES;
 pub struct Inspection {
     pub triangles: usize,
     pub spheres: usize,
+    pub discs: usize,
     pub materials: usize,
     /// Distinct pattern functions that the materials share.
     pub patterns: usize,
@@ -61,6 +62,7 @@ pub fn inspect(prepared: &Prepared, settings: &Settings) -> Inspection {
     Inspection {
         triangles: prepared.triangles.len(),
         spheres: prepared.spheres.len(),
+        discs: prepared.discs.len(),
         materials: prepared.materials.len(),
         patterns: prepared.structures.len(),
         textures: prepared.textures.len(),
@@ -112,9 +114,10 @@ impl Inspection {
     /// For people: what is in, what is out, and what that saved.
     pub fn text(&self) -> String {
         let mut text = format!(
-            "{} triangles, {} spheres, {} materials in {} patterns, {} textures, {} lights; tree of {} nodes, depth {}\n",
+            "{} triangles, {} spheres, {} discs, {} materials in {} patterns, {} textures, {} lights; tree of {} nodes, depth {}\n",
             self.triangles,
             self.spheres,
+            self.discs,
             self.materials,
             self.patterns,
             self.textures,

@@ -4,4 +4,5 @@ pub mod bench_rays;
 pub mod converge;
 pub mod inspect;
 pub mod samples;
+pub mod sheet;
 pub mod specialise;

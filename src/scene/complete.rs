@@ -32,6 +32,13 @@ pub fn bounds(scene: &Scene) -> Option<(DVec3, DVec3)> {
                 take(m.translation - half);
                 take(m.translation + half);
             }
+            Shape::Disc => {
+                // x and y turned once around: the extent along an axis is the length of that row's first two entries.
+                let rows = m.matrix3.transpose();
+                let half = [rows.x_axis, rows.y_axis, rows.z_axis].map(|r| r.truncate().length());
+                take(m.translation - DVec3::from(half));
+                take(m.translation + DVec3::from(half));
+            }
             Shape::Rectangle => {
                 for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
                     take(m.transform_point3(DVec3::new(x, y, 0.0)));
@@ -46,6 +53,12 @@ pub fn bounds(scene: &Scene) -> Option<(DVec3, DVec3)> {
 /// corners of the bounds stay inside 95 % of both fields of view. An empty scene is looked at from 5 m. A lens is focused on the
 /// middle, an orthographic view made large enough.
 pub fn frame_camera(scene: &mut Scene) {
+    // 35 degrees to the right of the front (+z), 15 degrees up.
+    frame_camera_from(scene, 35f64.to_radians(), 15f64.to_radians());
+}
+
+/// The same from another side: `azimuth` from the front (+z) to the right (+x), `elevation` up, radians.
+pub fn frame_camera_from(scene: &mut Scene, azimuth: f64, elevation: f64) {
     if scene.camera.is_placed {
         return;
     }
@@ -53,8 +66,6 @@ pub fn frame_camera(scene: &mut Scene) {
     let center = low * 0.5 + high * 0.5;
     let extent = (high - low).max_element();
     let half = (high - low).max(DVec3::splat(extent.max(1e-6) * 1e-3)) * 0.5;
-    // 35 degrees to the right of the front (+z), 15 degrees up.
-    let (azimuth, elevation) = (35f64.to_radians(), 15f64.to_radians());
     let back =
         DVec3::new(azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos()).normalize();
     let right = DVec3::Y.cross(back).normalize();

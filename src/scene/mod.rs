@@ -7,7 +7,7 @@ mod complete;
 mod error;
 pub mod format;
 
-pub use complete::{bounds, ensure_light, frame_camera};
+pub use complete::{bounds, ensure_light, frame_camera, frame_camera_from};
 pub use error::Error;
 pub use format::{Choice, load, load_choice};
 
@@ -256,6 +256,8 @@ pub enum Shape {
     Mesh(usize),
     /// Analytic unit sphere about the origin (the transform scales it uniformly); front = outside. u = atan2(x,-z)/(2 pi)+0.5, v = acos(y)/pi.
     Sphere,
+    /// Analytic unit disc in the plane z = 0 (the transform keeps it round), front = +z; (u, v) = ((x+1)/2, (1-y)/2).
+    Disc,
     /// [-1,1]^2 in the plane z = 0, front = +z; (u, v) = ((x+1)/2, (1-y)/2). Becomes two triangles.
     Rectangle,
 }

@@ -74,6 +74,7 @@ pub fn includes(f: &Features) -> Vec<String> {
     add(true, "bvh/node");
     add(f.triangles, "bvh/triangle");
     add(f.spheres, "bvh/sphere");
+    add(f.discs, "bvh/disc");
     add(true, "bvh/spawn");
     add(true, "bvh/closest");
     add(f.next_event() && !f.alpha, "bvh/any");

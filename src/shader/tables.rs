@@ -42,10 +42,11 @@ pub const TABLES: &[TableEntry] = &[
     table!("bvh", |_| true, |p| rows_of(&p.bvh.nodes)),
     table!("triangles", TriangleRecord, |f| f.triangles, |p| rows_of(&p.triangles)),
     table!("spheres", SphereRecord, |f| f.spheres, |p| rows_of(&p.spheres)),
+    table!("discs", DiscRecord, |f| f.discs, |p| rows_of(&p.discs)),
     table!("faces", FaceRecord, |f| f.triangles, |p| rows_of(&p.faces)),
     table!("normals", NormalRecord, |f| f.smooth_normals, |p| rows_of(&p.normals)),
     table!("tangents", TangentRecord, |f| f.tangents, |p| rows_of(&p.tangents)),
-    table!("uvs", UvRecord, |f| f.uvs, |p| rows_of(&p.uvs)),
+    table!("uvs", UvRecord, |f| f.uvs && f.triangles, |p| rows_of(&p.uvs)),
     table!("colors", ColorRecord, |f| f.colors, |p| rows_of(&p.colors)),
     table!("materials", MaterialRecord, |_| true, |p| rows_of(&p.materials)),
     table!("material_data", |_| true, |p| p.material_data.clone()),
@@ -115,6 +116,7 @@ pub fn shared_constants() -> String {
         TEXTURE_HALF,
         HIT_TRIANGLE,
         HIT_SPHERE,
+        HIT_DISC,
     ];
     let mut text: String = list.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
     for (number, kind) in light::KINDS.iter().enumerate() {

@@ -10,7 +10,7 @@ use glam::DVec3;
 use crate::bvh::brute::{self, Nearest};
 use crate::bvh::tracer::HitRecord;
 use crate::bvh::traverse::{Geometry, Hit, NONE, Ray};
-use crate::prepare::records::{SphereRecord, TriangleRecord};
+use crate::prepare::records::{DiscRecord, SphereRecord, TriangleRecord};
 
 /// Subtraction, two shear products, a difference, and the f32 direction's own shear quotient: 5, in two components.
 const ULPS: f64 = 8.0;
@@ -96,11 +96,23 @@ fn see_sphere(ray: &Ray, r: &SphereRecord) -> Option<Seen> {
     Some(Seen { t, margin, margin_error: moved / radius, t_error: t_error + 2.0 * EPS * far })
 }
 
+/// Height over the plane and cosine are sums of three products each: their errors over the cosine move the hit along the ray.
+fn see_disc(ray: &Ray, r: &DiscRecord) -> Option<Seen> {
+    let (t, margin) = brute::plane_of_disc(ray, r)?;
+    let (o, d, n) = (vector(ray.o), vector(ray.d), vector(r.normal));
+    let far = (vector(r.center) - o).length().max(t.abs() * d.length());
+    let t_error = ULPS * EPS * far / d.dot(n).abs();
+    Some(Seen { t: [t; 2], margin, margin_error: (t_error + ULPS * EPS * far) / f64::from(r.radius), t_error })
+}
+
 fn see(g: &Geometry, ray: &Ray, primitive: u32) -> Option<Seen> {
-    match g.triangles.iter().find(|r| r.face == primitive) {
-        Some(r) => see_triangle(ray, r),
-        None => see_sphere(ray, g.spheres.iter().find(|r| r.primitive == primitive)?),
+    if let Some(r) = g.triangles.iter().find(|r| r.face == primitive) {
+        return see_triangle(ray, r);
     }
+    if let Some(r) = g.spheres.iter().find(|r| r.primitive == primitive) {
+        return see_sphere(ray, r);
+    }
+    see_disc(ray, g.discs.iter().find(|r| r.primitive == primitive)?)
 }
 
 impl Seen {
@@ -176,6 +188,10 @@ pub fn height_above(g: &Geometry, kind: u32, slot: u32, ray: &Ray, o: [f32; 3]) 
         let [a, b, c] = [&g.triangles[slot as usize]].map(|r| [r.v0, r.v1, r.v2].map(vector))[0];
         let n = (b - a).cross(c - a).normalize();
         (n, (o - a).dot(n), (b - a).length().max((c - a).length()))
+    } else if kind == 2 {
+        let r = &g.discs[slot as usize];
+        let n = vector(r.normal).normalize();
+        (n, (o - vector(r.center)).dot(n), f64::from(r.radius))
     } else {
         let r = &g.spheres[slot as usize];
         let f = o - vector(r.center);

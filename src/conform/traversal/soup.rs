@@ -5,23 +5,34 @@ use std::f32::consts::TAU;
 use glam::{DVec3, Vec3};
 
 use crate::bvh::traverse::{Geometry, Ray};
-use crate::bvh::{self, Bvh};
-use crate::prepare::records::{SphereRecord, TriangleRecord};
+use crate::bvh::{self, Bvh, Disc};
+use crate::prepare::records::{DiscRecord, SphereRecord, TriangleRecord};
 
 type Triangles = Vec<[[f32; 3]; 3]>;
 type Spheres = Vec<([f32; 3], f32)>;
+type Discs = Vec<Disc>;
+
+/// Unordered primitives of each kind.
+#[derive(Default)]
+pub struct Soup {
+    triangles: Triangles,
+    spheres: Spheres,
+    discs: Discs,
+}
 
 /// Primitives in leaf order with their tree.
 pub struct Mesh {
     bvh: Bvh,
     triangles: Vec<TriangleRecord>,
     spheres: Vec<SphereRecord>,
+    discs: Vec<DiscRecord>,
 }
 
 impl Mesh {
-    /// Face numbers count the triangles, and spheres go on from there.
-    pub fn of((triangles, spheres): (Triangles, Spheres)) -> Mesh {
-        let (bvh, _) = bvh::build(&triangles, &spheres).expect("a gate's mesh is small");
+    /// Face numbers count the triangles, spheres go on from there, and discs after them.
+    pub fn of(Soup { triangles, spheres, discs }: Soup) -> Mesh {
+        let primitives = bvh::Primitives { triangles: &triangles, spheres: &spheres, discs: &discs };
+        let (bvh, _) = bvh::build(&primitives).expect("a gate's mesh is small");
         let triangle = |&i: &u32| {
             let [v0, v1, v2] = triangles[i as usize];
             TriangleRecord { v0, v1, v2, face: i, ..Default::default() }
@@ -30,12 +41,21 @@ impl Mesh {
             let (center, radius) = spheres[i as usize];
             SphereRecord { center, radius, primitive: triangles.len() as u32 + i, ..Default::default() }
         };
-        let (t, s) = (bvh.triangle_order.iter().map(triangle).collect(), bvh.sphere_order.iter().map(sphere).collect());
-        Mesh { bvh, triangles: t, spheres: s }
+        let disc = |&i: &u32| {
+            let Disc { center, normal, radius } = discs[i as usize];
+            let primitive = (triangles.len() + spheres.len()) as u32 + i;
+            DiscRecord { center, radius, normal, primitive, handedness: 1.0, ..Default::default() }
+        };
+        Mesh {
+            triangles: bvh.triangle_order.iter().map(triangle).collect(),
+            spheres: bvh.sphere_order.iter().map(sphere).collect(),
+            discs: bvh.disc_order.iter().map(disc).collect(),
+            bvh,
+        }
     }
 
     pub fn geometry(&self) -> Geometry<'_> {
-        Geometry { bvh: &self.bvh, triangles: &self.triangles, spheres: &self.spheres }
+        Geometry { bvh: &self.bvh, triangles: &self.triangles, spheres: &self.spheres, discs: &self.discs }
     }
 }
 
@@ -90,8 +110,20 @@ fn random_spheres(count: usize, size: f32, scale: f32, offset: f32) -> Spheres {
     (0..count).map(|_| sphere()).collect()
 }
 
+/// Half of them in a plane across an axis, so that their boxes are flat.
+fn random_discs(count: usize, size: f32, scale: f32, offset: f32) -> Discs {
+    let mut random = Random(count as u64 + 13);
+    let mut disc = |i: usize| {
+        let axes = [Vec3::X, Vec3::NEG_Y, Vec3::Z];
+        let normal = if i % 2 == 0 { random.direction() } else { axes[random.below(3)] };
+        let center = (random.cube() * scale + Vec3::splat(offset)).to_array();
+        Disc { center, normal: normal.to_array(), radius: (0.1 + random.unit()) * size * scale }
+    };
+    (0..count).map(&mut disc).collect()
+}
+
 /// Slivers, copies, axis-parallel and unusable triangles among ordinary ones.
-fn degenerate() -> (Triangles, Spheres) {
+fn degenerate() -> Soup {
     let mut random = Random(99);
     let mut t = random_triangles(200, 0.2, 1.0, 0.0);
     for _ in 0..100 {
@@ -109,20 +141,38 @@ fn degenerate() -> (Triangles, Spheres) {
     t.push([[f32::NAN, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     t.push([[1e30, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     t.push([[f32::INFINITY, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
-    (t, vec![([0.0; 3], f32::NAN), ([0.1; 3], 0.0), ([0.2; 3], 0.2)])
+    let spheres = vec![([0.0; 3], f32::NAN), ([0.1; 3], 0.0), ([0.2; 3], 0.2)];
+    // Two discs in one place, one that reaches into the other's plane only, and one without a radius.
+    let disc = |normal: [f32; 3], radius: f32| Disc { center: [0.3; 3], normal, radius };
+    let up = [0.0, 1.0, 0.0];
+    let discs = vec![disc(up, 0.4), disc(up, 0.4), disc([1.0, 0.0, 0.0], 0.3), disc(up, 0.0), disc([0.0; 3], 1.0)];
+    Soup { triangles: t, spheres, discs }
 }
 
-type Soup = fn() -> (Triangles, Spheres);
-pub const SOUPS: &[(&str, Soup)] = &[
-    ("random", || (random_triangles(700, 0.2, 1.0, 0.0), vec![])),
-    ("long triangles", || (random_triangles(300, 1.5, 1.0, 0.0), vec![])),
+/// `counts` of triangles, spheres and discs, within `scale` of `offset`.
+fn mixed(counts: [usize; 3], scale: f32, offset: f32) -> Soup {
+    Soup {
+        triangles: random_triangles(counts[0], 0.2, scale, offset),
+        spheres: random_spheres(counts[1], 0.1, scale, offset),
+        discs: random_discs(counts[2], 0.2, scale, offset),
+    }
+}
+
+pub const SOUPS: &[(&str, fn() -> Soup)] = &[
+    ("random", || mixed([700, 0, 0], 1.0, 0.0)),
+    ("long triangles", || only(random_triangles(300, 1.5, 1.0, 0.0))),
     ("degenerate", degenerate),
-    ("tiny 1e-6", || (random_triangles(700, 0.2, 1e-6, 0.0), random_spheres(50, 0.1, 1e-6, 0.0))),
-    ("huge 1e6", || (random_triangles(700, 0.2, 1e6, 0.0), random_spheres(50, 0.1, 1e6, 0.0))),
-    ("far off 1e6", || (random_triangles(700, 0.2, 10.0, 1e6), random_spheres(50, 0.1, 10.0, 1e6))),
-    ("spheres", || (vec![], random_spheres(600, 0.1, 1.0, 0.0))),
-    ("both kinds", || (random_triangles(400, 0.2, 1.0, 0.0), random_spheres(400, 0.1, 1.0, 0.0))),
+    ("tiny 1e-6", || mixed([700, 50, 50], 1e-6, 0.0)),
+    ("huge 1e6", || mixed([700, 50, 50], 1e6, 0.0)),
+    ("far off 1e6", || mixed([700, 50, 50], 10.0, 1e6)),
+    ("spheres", || mixed([0, 600, 0], 1.0, 0.0)),
+    ("discs", || mixed([0, 0, 600], 1.0, 0.0)),
+    ("all kinds", || mixed([400, 400, 200], 1.0, 0.0)),
 ];
+
+fn only(triangles: Triangles) -> Soup {
+    Soup { triangles, ..Soup::default() }
+}
 
 /// Scale and offset of the closed meshes.
 pub const PLACES: &[(&str, f32, f32)] =
@@ -132,12 +182,12 @@ pub const PLACES: &[(&str, f32, f32)] =
 pub fn geometric() -> Mesh {
     let mut random = Random(41);
     let triangle = |i: usize| [0; 3].map(|_| (random.cube() * 1.5f32.powi(i as i32 % 200 - 170)).to_array());
-    Mesh::of(((0..1000).map(triangle).collect(), vec![]))
+    Mesh::of(only((0..1000).map(triangle).collect()))
 }
 
 pub fn quad() -> Mesh {
     let [a, b, c, d] = [[-5.0, -5.0, 0.0], [5.0, -5.0, 0.0], [5.0, 5.0, 0.0], [-5.0, 5.0, 0.0]];
-    Mesh::of((vec![[a, b, c], [a, c, d]], vec![]))
+    Mesh::of(only(vec![[a, b, c], [a, c, d]]))
 }
 
 /// 60 triangles, each there three times.
@@ -145,11 +195,15 @@ pub fn stack_of_copies() -> Mesh {
     let mut t = random_triangles(60, 0.7, 1.0, 0.0);
     t.extend_from_within(..);
     t.extend_from_within(..60);
-    Mesh::of((t, vec![]))
+    Mesh::of(only(t))
 }
 
 pub fn spawn_scene(scale: f32, offset: f32) -> Mesh {
-    Mesh::of((random_triangles(150, 1.0, scale, offset), random_spheres(60, 0.15, scale, offset)))
+    Mesh::of(Soup {
+        triangles: random_triangles(150, 1.0, scale, offset),
+        spheres: random_spheres(60, 0.15, scale, offset),
+        discs: random_discs(80, 0.4, scale, offset),
+    })
 }
 
 /// Octahedron divided `levels` times, with a radius that varies, so that no edge function is 0 by symmetry alone.
@@ -170,7 +224,7 @@ pub fn closed_sphere(levels: u32, scale: f32, offset: f32) -> Mesh {
             .collect();
     }
     let place = |v: Vec3| (v * (1.0 + 0.2 * (7.0 * v.x).sin() * (5.0 * v.y).cos()) * scale + offset).to_array();
-    Mesh::of((faces.iter().map(|f| f.map(place)).collect(), vec![]))
+    Mesh::of(only(faces.iter().map(|f| f.map(place)).collect()))
 }
 
 /// Torus of n by m quads, each cut in two.
@@ -185,7 +239,7 @@ pub fn closed_torus(n: usize, m: usize, scale: f32, offset: f32) -> Mesh {
         let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
         [[a, b, c], [a, c, d]]
     };
-    Mesh::of(((0..n * m).flat_map(quad).collect(), vec![]))
+    Mesh::of(only((0..n * m).flat_map(quad).collect()))
 }
 
 fn bounds(g: &Geometry) -> (Vec3, Vec3) {
@@ -195,6 +249,10 @@ fn bounds(g: &Geometry) -> (Vec3, Vec3) {
     for s in g.spheres {
         grow(Vec3::from(s.center) - s.radius);
         grow(Vec3::from(s.center) + s.radius);
+    }
+    for d in g.discs {
+        grow(Vec3::from(d.center) - d.radius);
+        grow(Vec3::from(d.center) + d.radius);
     }
     if lo.x > hi.x { (Vec3::splat(-1.0), Vec3::ONE) } else { (lo, hi) }
 }

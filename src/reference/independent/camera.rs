@@ -109,7 +109,7 @@ fn on_surface(world: &Independent, meter: &SurfaceMeter, random: &Stream) -> (DV
     let normal = if meter.is_back { -front } else { front };
     let extent = match shape {
         Shape::Triangle(v) => (v[1] - v[0]).length().max((v[2] - v[0]).length()),
-        Shape::Sphere { radius, .. } => *radius,
+        Shape::Sphere { radius, .. } | Shape::Disc { radius, .. } => *radius,
     };
     (position + 1e-9 * (extent + position.abs().max_element()) * normal, normal)
 }

@@ -107,10 +107,11 @@ pub(super) fn area(shape: &Shape) -> f64 {
     match shape {
         Shape::Triangle(v) => 0.5 * (v[1] - v[0]).cross(v[2] - v[0]).length(),
         Shape::Sphere { radius, .. } => 4.0 * PI * radius * radius,
+        Shape::Disc { radius, .. } => PI * radius * radius,
     }
 }
 
-/// Uniform point: barycentric weights for a triangle (Turk 1990), position for a sphere (Archimedes).
+/// Uniform point: barycentric weights for a triangle (Turk 1990), position for a sphere (Archimedes) or disc (polar).
 pub(super) fn on_shape(shape: &Shape, u: [f64; 2]) -> ([f64; 2], DVec3) {
     match shape {
         Shape::Triangle(v) => {
@@ -119,6 +120,11 @@ pub(super) fn on_shape(shape: &Shape, u: [f64; 2]) -> ([f64; 2], DVec3) {
             (b, (1.0 - root) * v[0] + b[0] * v[1] + b[1] * v[2])
         }
         Shape::Sphere { center, radius } => ([0.0; 2], center + radius * on_sphere(1.0 - 2.0 * u[0], TAU * u[1])),
+        Shape::Disc { center, normal, radius } => {
+            let (x, y) = normal.any_orthonormal_pair();
+            let (sin, cos) = (TAU * u[1]).sin_cos();
+            ([0.0; 2], center + radius * u[0].sqrt() * (cos * x + sin * y))
+        }
     }
 }
 

@@ -36,12 +36,12 @@ pub struct Independent<'a> {
     camera_medium: u32,
 }
 
-/// One triangle or sphere in the world. Its place in the list is its number.
+/// One triangle, sphere or disc in the world. Its place in the list is its number.
 #[derive(Clone, Copy, Debug)]
 struct Primitive {
     shape: Shape,
     instance: u32,
-    /// Triangle of the mesh; corner pair of a rectangle; 0 for a sphere.
+    /// Triangle of the mesh; corner pair of a rectangle; 0 for a sphere or disc.
     part: u32,
     /// The instance's transform mirrors: then the front is where the winding is clockwise.
     is_mirrored: bool,
@@ -74,6 +74,12 @@ impl<'a> Independent<'a> {
                     for (part, t) in RECTANGLE_PARTS.iter().enumerate() {
                         place(Shape::Triangle(t.map(corner)), part);
                     }
+                }
+                scene::Shape::Disc => {
+                    let (x, y) = (to_world.matrix3.x_axis, to_world.matrix3.y_axis);
+                    let front = if is_mirrored { y.cross(x) } else { x.cross(y) };
+                    let (center, normal) = (to_world.translation, front.normalize());
+                    place(Shape::Disc { center, normal, radius: x.length() }, 0);
                 }
                 scene::Shape::Sphere => {
                     let radius = to_world.matrix3.x_axis.length();
@@ -121,7 +127,7 @@ impl<'a> Independent<'a> {
         NONE
     }
 
-    /// Geometry and attributes at barycentric weights `b` of a triangle, or at `position` of a sphere.
+    /// Geometry and attributes at barycentric weights `b` of a triangle, or at `position` of a sphere or disc.
     fn point(&self, primitive: u32, b: [f64; 2], position: DVec3) -> Point {
         let p = &self.primitives[primitive as usize];
         let instance = &self.scene.instances[p.instance as usize];
@@ -136,6 +142,13 @@ impl<'a> Independent<'a> {
                 // Towards growing u, about the sphere's own y axis.
                 let axis = instance.to_world.matrix3.y_axis;
                 let tangent = Some((normal.cross(axis), 1.0));
+                Point { position, geometric_normal: normal, normal, tangent, uvs: [uv; 2], color: [1.0; 4] }
+            }
+            Shape::Disc { normal, .. } => {
+                let local = instance.to_world.inverse().transform_point3(position);
+                let uv = DVec2::new(0.5 * (local.x + 1.0), 0.5 * (1.0 - local.y));
+                let mirror = if p.is_mirrored { -1.0 } else { 1.0 };
+                let tangent = Some((instance.to_world.matrix3.x_axis, mirror));
                 Point { position, geometric_normal: normal, normal, tangent, uvs: [uv; 2], color: [1.0; 4] }
             }
             Shape::Triangle(v) => {

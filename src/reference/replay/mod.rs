@@ -29,11 +29,16 @@ pub struct Replay {
     prepared: Arc<Prepared>,
     sampler: SamplerKind,
     tree: Tree,
-    /// By face: row of `triangles`.
-    triangle_rows: Vec<u32>,
-    /// By number of the sphere: row of `spheres`.
-    sphere_rows: Vec<u32>,
+    /// By primitive number: kind (HIT_*) and row of its table.
+    rows: Vec<(u32, u32)>,
     has_alpha: bool,
+}
+
+/// The record of a primitive.
+enum Part<'a> {
+    Triangle(&'a TriangleRecord),
+    Sphere(&'a SphereRecord),
+    Disc(&'a DiscRecord),
 }
 
 /// One path of the replay: what it brought and where it went.
@@ -55,20 +60,30 @@ fn vec(v: [f32; 3]) -> DVec3 {
 impl Replay {
     pub fn new(prepared: Arc<Prepared>, settings: &Settings) -> Self {
         let p = &prepared;
-        let mut shapes = Vec::with_capacity(p.triangles.len() + p.spheres.len());
-        let mut triangle_rows = vec![NONE; p.faces.len()];
+        let mut shapes = Vec::with_capacity(p.triangles.len() + p.spheres.len() + p.discs.len());
+        let mut rows = Vec::new();
+        // Dropped primitives leave gaps in the numbers.
+        let mut place = |primitive: u32, kind: u32, row: usize, shape: Shape| {
+            if rows.len() <= primitive as usize {
+                rows.resize(primitive as usize + 1, (NONE, NONE));
+            }
+            rows[primitive as usize] = (kind, row as u32);
+            shapes.push((primitive, shape));
+        };
         for (row, t) in p.triangles.iter().enumerate() {
-            triangle_rows[t.face as usize] = row as u32;
-            shapes.push((t.face, Shape::Triangle([t.v0, t.v1, t.v2].map(vec))));
+            place(t.face, HIT_TRIANGLE, row, Shape::Triangle([t.v0, t.v1, t.v2].map(vec)));
         }
-        let mut sphere_rows = vec![NONE; p.spheres.len()];
         for (row, s) in p.spheres.iter().enumerate() {
-            sphere_rows[s.primitive as usize - p.faces.len()] = row as u32;
-            shapes.push((s.primitive, Shape::Sphere { center: vec(s.center), radius: s.radius.into() }));
+            let shape = Shape::Sphere { center: vec(s.center), radius: s.radius.into() };
+            place(s.primitive, HIT_SPHERE, row, shape);
+        }
+        for (row, d) in p.discs.iter().enumerate() {
+            let (center, normal) = (vec(d.center), vec(d.normal).normalize());
+            place(d.primitive, HIT_DISC, row, Shape::Disc { center, normal, radius: d.radius.into() });
         }
         let has_alpha = p.materials.iter().any(|m| m.flags & (MATERIAL_MASK | MATERIAL_BLEND) != 0);
         let tree = Tree::build(shapes);
-        Self { prepared, sampler: settings.sampler, tree, triangle_rows, sphere_rows, has_alpha }
+        Self { prepared, sampler: settings.sampler, tree, rows, has_alpha }
     }
 
     pub fn path(&self, settings: &Settings, pixel: [u32; 2], sample: u64) -> PathTrace {
@@ -77,23 +92,31 @@ impl Replay {
         PathTrace { sample, vertices }
     }
 
-    fn triangle(&self, face: u32) -> Option<&TriangleRecord> {
-        let row = *self.triangle_rows.get(face as usize)?;
-        self.prepared.triangles.get(row as usize)
-    }
-
-    fn sphere(&self, primitive: u32) -> &SphereRecord {
-        &self.prepared.spheres[self.sphere_rows[primitive as usize - self.triangle_rows.len()] as usize]
+    fn part(&self, primitive: u32) -> Part<'_> {
+        let (kind, row) = self.rows[primitive as usize];
+        match kind {
+            HIT_TRIANGLE => Part::Triangle(&self.prepared.triangles[row as usize]),
+            HIT_SPHERE => Part::Sphere(&self.prepared.spheres[row as usize]),
+            _ => Part::Disc(&self.prepared.discs[row as usize]),
+        }
     }
 
     fn material(&self, primitive: u32) -> &MaterialRecord {
-        let index = self.triangle(primitive).map_or_else(|| self.sphere(primitive).material, |t| t.material);
+        let index = match self.part(primitive) {
+            Part::Triangle(t) => t.material,
+            Part::Sphere(s) => s.material,
+            Part::Disc(d) => d.material,
+        };
         &self.prepared.materials[index as usize]
     }
 
     /// Row of `lights`, or NONE.
     fn light(&self, primitive: u32) -> u32 {
-        self.triangle(primitive).map_or_else(|| self.sphere(primitive).light, |t| t.light)
+        match self.part(primitive) {
+            Part::Triangle(t) => t.light,
+            Part::Sphere(s) => s.light,
+            Part::Disc(d) => d.light,
+        }
     }
 
     /// What patterns read at barycentric weights of a face.
@@ -124,13 +147,19 @@ impl Replay {
         Point { uvs: [DVec2::new(u, v); 2], ..Point::default() }
     }
 
+    /// What patterns read at a point of a disc.
+    fn disc_point(&self, disc: &DiscRecord, position: DVec3) -> Point {
+        let (normal, tangent) = (vec(disc.normal), vec(disc.tangent));
+        let local = (position - vec(disc.center)) / f64::from(disc.radius);
+        let (x, y) = (local.dot(tangent), f64::from(disc.handedness) * local.dot(normal.cross(tangent)));
+        Point { uvs: [DVec2::new(0.5 * (x + 1.0), 0.5 * (1.0 - y)); 2], ..Point::default() }
+    }
+
     fn point(&self, ray: &Ray, hit: &Hit) -> Point {
-        match self.triangle(hit.primitive) {
-            Some(t) => self.face_point(t.face, hit.barycentric),
-            None => {
-                let sphere = self.sphere(hit.primitive);
-                self.sphere_point(sphere, (ray.at(hit.t) - vec(sphere.center)).normalize())
-            }
+        match self.part(hit.primitive) {
+            Part::Triangle(t) => self.face_point(t.face, hit.barycentric),
+            Part::Sphere(sphere) => self.sphere_point(sphere, (ray.at(hit.t) - vec(sphere.center)).normalize()),
+            Part::Disc(disc) => self.disc_point(disc, ray.at(hit.t)),
         }
     }
 
@@ -196,8 +225,8 @@ impl World for Replay {
         let material = self.material(hit.primitive);
         let point = self.point(ray, hit);
         let follows_tangent = material.flags & MATERIAL_TANGENT != 0;
-        let (position, geometric_normal, normal, tangent) = match self.triangle(hit.primitive) {
-            Some(t) => {
+        let (position, geometric_normal, normal, tangent) = match self.part(hit.primitive) {
+            Part::Triangle(t) => {
                 let v = [t.v0, t.v1, t.v2].map(vec);
                 let ng = (v[1] - v[0]).cross(v[2] - v[0]).normalize_or_zero();
                 let weights = [1.0 - hit.barycentric[0] - hit.barycentric[1], hit.barycentric[0], hit.barycentric[1]];
@@ -217,8 +246,12 @@ impl World for Replay {
                 });
                 (weights[0] * v[0] + weights[1] * v[1] + weights[2] * v[2], ng, normal, tangent)
             }
-            None => {
-                let sphere = self.sphere(hit.primitive);
+            Part::Disc(disc) => {
+                let ng = vec(disc.normal).normalize();
+                let tangent = follows_tangent.then(|| (vec(disc.tangent), f64::from(disc.handedness)));
+                (ray.at(hit.t), ng, ng, tangent)
+            }
+            Part::Sphere(sphere) => {
                 let position = ray.at(hit.t);
                 let ng = (position - vec(sphere.center)).normalize();
                 let [x, y, z, w] = sphere.rotation.map(f64::from);
@@ -270,9 +303,10 @@ impl World for Replay {
         let row = self.light(hit.primitive);
         let Some(record) = self.prepared.lights.get(row as usize) else { return 0.0 };
         let Some(Reach::Surface(density)) = light::kind(record).map(|k| k.reach) else { return 0.0 };
-        let normal = match self.triangle(hit.primitive) {
-            Some(t) => (vec(t.v1) - vec(t.v0)).cross(vec(t.v2) - vec(t.v0)),
-            None => ray.at(hit.t) - vec(self.sphere(hit.primitive).center),
+        let normal = match self.part(hit.primitive) {
+            Part::Triangle(t) => (vec(t.v1) - vec(t.v0)).cross(vec(t.v2) - vec(t.v0)),
+            Part::Sphere(s) => ray.at(hit.t) - vec(s.center),
+            Part::Disc(d) => vec(d.normal),
         };
         let is_front = ray.direction.dot(normal) < 0.0;
         self.pmf(row) * density(record, ray.origin, ray.direction, hit.t, is_front)

@@ -105,10 +105,10 @@ pub const VALUE: Section = section!("value", "An input is a number, a colour `[r
 );
 
 pub const SHAPE: Section = section!("[[shape]]", "Something to see. All kinds share these keys; a shape is scaled, then turned, then moved.",
-    "type": "\"sphere\", \"rectangle\", \"box\" or \"mesh\"" = "required"; "kind",
+    "type": "\"sphere\", \"disc\", \"rectangle\", \"box\" or \"mesh\"" = "required"; "kind",
     "name": "string" = "the type"; "for messages and patches",
     "material": "string" = "grey lambert"; "name of a `[[material]]`",
-    "scale": "number or [x, y, z]" = "1"; "spheres take one number",
+    "scale": "number or [x, y, z]" = "1"; "spheres take one number, discs one for both directions in their plane",
     "rotate_deg": "[x, y, z] or number" = "0"; "about x, then y, then z; one number with `rotate_axis`",
     "rotate_axis": "[x, y, z]" = "none"; "axis of a single turn, counter-clockwise",
     "translate": "[x, y, z] m" = "[0, 0, 0]"; "",
@@ -117,6 +117,12 @@ pub const SHAPE: Section = section!("[[shape]]", "Something to see. All kinds sh
 
 pub const SPHERE: Section = section!("[[shape]] type = \"sphere\"", "Analytic. Its front is outside.",
     "center": "[x, y, z] m" = "[0, 0, 0]"; "",
+    "radius": "number > 0, m" = "1"; "",
+);
+
+pub const DISC: Section = section!("[[shape]] type = \"disc\"", "Analytic and flat. Its front is the side that `normal` points to; texture [0,1]^2 is the square around it, u along x and v against y of a disc that faces +z, turned with it the shortest way.",
+    "center": "[x, y, z] m" = "[0, 0, 0]"; "",
+    "normal": "[x, y, z]" = "[0, 0, 1]"; "any length but 0",
     "radius": "number > 0, m" = "1"; "",
 );
 
@@ -157,8 +163,10 @@ pub const NODE: Section = section!("[node.\"path/name\"]", "Patches what a model
 );
 
 /// In the order of the page.
-pub const SECTIONS: &[&Section] =
-    &[&TOP, &CAMERA, &FILM, &SKY, &TEXTURE, &MATERIAL, &VALUE, &SHAPE, &SPHERE, &RECTANGLE, &BOX, &MESH, &MODEL, &NODE];
+pub const SECTIONS: &[&Section] = &[
+    &TOP, &CAMERA, &FILM, &SKY, &TEXTURE, &MATERIAL, &VALUE, &SHAPE, &SPHERE, &DISC, &RECTANGLE, &BOX, &MESH, &MODEL,
+    &NODE,
+];
 
 /// The tables of docs/scene.md.
 pub fn markdown() -> String {

@@ -1,6 +1,6 @@
-//! `[[shape]]`: spheres, rectangles, boxes and meshes written out.
+//! `[[shape]]`: spheres, discs, rectangles, boxes and meshes written out.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::table::{Item, Table};
 use super::transform::{is_invertible, transform};
@@ -12,11 +12,12 @@ impl<'a> Builder<'a> {
         let kind = item.get_ref().get("type").and_then(|t| t.get_ref().as_str()).unwrap_or("").to_string();
         let section = match kind.as_str() {
             "sphere" => &keys::SPHERE,
+            "disc" => &keys::DISC,
             "rectangle" => &keys::RECTANGLE,
             "box" => &keys::BOX,
             "mesh" => &keys::MESH,
             _ => {
-                let hint = "add type = \"sphere\", \"rectangle\", \"box\" or \"mesh\"";
+                let hint = "add type = \"sphere\", \"disc\", \"rectangle\", \"box\" or \"mesh\"";
                 let at = item.get_ref().get("type").map_or(item.span(), |t| t.span());
                 return Err(self.source.error(at, format!("a [[shape]] without a known type; {hint}")));
             }
@@ -25,6 +26,7 @@ impl<'a> Builder<'a> {
         let placed = transform(&table)?;
         let (shape, own) = match kind.as_str() {
             "sphere" => (Shape::Sphere, sphere(&table, &placed)?),
+            "disc" => (Shape::Disc, disc(&table, &placed)?),
             "rectangle" => (Shape::Rectangle, rectangle(&table)?),
             _ => {
                 let mesh = if kind == "box" { box_mesh(&table)? } else { self.mesh(&table)? };
@@ -113,6 +115,28 @@ fn sphere(table: &Table<'_>, placed: &DAffine3) -> Result<DAffine3, Error> {
         );
     }
     Ok(DAffine3 { matrix3: DMat3::from_diagonal(DVec3::splat(radius)), translation: center })
+}
+
+fn disc(table: &Table<'_>, placed: &DAffine3) -> Result<DAffine3, Error> {
+    let center = DVec3::from(table.numbers::<3>("center")?.unwrap_or([0.0; 3]));
+    let radius = table.number("radius")?.unwrap_or(1.0);
+    if radius <= 0.0 {
+        return Err(table.error("radius", "must be above 0 m"));
+    }
+    let normal = DVec3::from(table.numbers::<3>("normal")?.unwrap_or([0.0, 0.0, 1.0]))
+        .try_normalize()
+        .ok_or_else(|| table.error("normal", "must not be zero"))?;
+    let turn = DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Z, normal));
+    // The analytic disc stays round only where both directions in its plane keep the same length and a right angle.
+    let (x, y) = (placed.matrix3 * turn.x_axis, placed.matrix3 * turn.y_axis);
+    let size = x.length_squared();
+    if (y.length_squared() - size).abs() > 1e-9 * size || x.dot(y).abs() > 1e-9 * size {
+        let key = if table.get("matrix").is_some() { "matrix" } else { "scale" };
+        return Err(
+            table.error(key, "would make the disc an ellipse; scale it the same along its plane, or use a mesh")
+        );
+    }
+    Ok(DAffine3 { matrix3: turn * DMat3::from_diagonal(DVec3::splat(radius)), translation: center })
 }
 
 fn rectangle(table: &Table<'_>) -> Result<DAffine3, Error> {
