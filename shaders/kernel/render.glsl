@@ -8,8 +8,7 @@ PathState path_begin(uint pixel, uint sample_index, out uint rays) {
     s.hash = hash_combine(hash_combine(push.seed, pixel), sample_index);
     s.edge = 0u;
     CameraRecord camera = CameraRecord_load_camera(0u);
-    vec2 film = vec2(float(pixel % WIDTH), float(pixel / WIDTH))
-        + vec2(u01(path_word(s, PIXEL_X)), u01(path_word(s, PIXEL_Y)));
+    vec2 film = film_position(pixel, vec2(u01(path_word(s, PIXEL_X)), u01(path_word(s, PIXEL_Y))));
     CameraRay start = camera_ray(camera, film, s.id);
     s.ray = Ray(start.o, start.d, INFINITY);
     s.throughput = Spectrum(start.weight);

@@ -4,7 +4,7 @@ use super::*;
 use crate::scene::SurfaceMeter;
 use glam::{DAffine3, DMat3};
 
-const FILM: Film = Film { width: 400, height: 200, spp: None, max_depth: None };
+const FILM: Film = Film::sized(400, 200);
 
 fn camera(matrix3: DMat3, projection: Projection) -> Camera {
     Camera { to_world: DAffine3 { matrix3, translation: DVec3::new(5.0, 6.0, 7.0) }, projection, is_placed: true }

@@ -113,6 +113,13 @@ pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
+/// `X0,Y0,X1,Y1` in whole pixels.
+pub fn parse_crop(text: &str) -> Result<[u32; 4], String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    let edges = numbers.and_then(|n| <[u32; 4]>::try_from(n).ok());
+    edges.ok_or_else(|| "write it as X0,Y0,X1,Y1 in whole pixels, such as 0,0,320,240".into())
+}
+
 /// A finite number above 0.
 pub fn parse_positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -10,7 +10,7 @@ use steradian::integrator::Settings;
 use steradian::output::record::{self, Record, Stages};
 use steradian::output::{self, Format};
 use steradian::render::{self, Outcome, StoppedBy, Stops};
-use steradian::scene::Scene;
+use steradian::scene::{self, Scene};
 
 use super::interrupt::Interrupt;
 use super::progress::Bar;
@@ -61,7 +61,8 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let begun = Instant::now();
     let scene = args.scene.load()?;
     let has_aov = outputs.iter().any(|path| Format::of(path).is_ok_and(|f| f == Format::Exr));
-    Film::check_memory(scene.film.width, scene.film.height, has_aov)?;
+    let window = scene.film.window();
+    Film::check_memory(window.width, window.height, has_aov)?;
     let settings = args.scene.settings(&scene, has_aov);
     seconds.load = begun.elapsed().as_secs_f64();
     let mut notes = scene.notes.clone();
@@ -77,7 +78,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     notes.extend(source.describe().notes);
     notes.iter().for_each(say);
     let bar = Bar::new();
-    let outcome = render::render(source.as_mut(), &stops, &|| interrupt.is_set(), &mut |p| bar.update(p))?;
+    let outcome = render::render(source.as_mut(), window, &stops, &|| interrupt.is_set(), &mut |p| bar.update(p))?;
     bar.finish();
     if outcome.film.sample_count() == 0 {
         say("interrupted before the first samples: nothing is written");
@@ -92,7 +93,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let device = source.describe();
     drop(source);
     (seconds.compile, seconds.upload, seconds.trace) = (device.compile_s, device.upload_s, outcome.trace_s);
-    let mut record = make_record(args, &settings, &outcome, &device, seconds, notes);
+    let mut record = make_record(args, &scene.film, &settings, &outcome, &device, seconds, notes);
     record.wall_s = started.elapsed().as_secs_f64();
     let begun = Instant::now();
     for path in &outputs {
@@ -132,6 +133,7 @@ fn stops(args: &Args, scene: &Scene, started: Instant, notes: &mut Vec<String>) 
 
 fn make_record(
     args: &Args,
+    film_of_scene: &scene::Film,
     settings: &Settings,
     outcome: &Outcome,
     device: &DeviceInfo,
@@ -151,8 +153,10 @@ fn make_record(
         program: concat!("steradian ", env!("CARGO_PKG_VERSION")).into(),
         command: std::env::args().collect::<Vec<_>>().join(" "),
         scene: args.scene.scene.display().to_string(),
-        width: film.width(),
-        height: film.height(),
+        width: film_of_scene.width,
+        height: film_of_scene.height,
+        crop: film_of_scene.crop,
+        filter: Some(film_of_scene.filter),
         seed: settings.seed,
         integrator: keyword(settings.integrator),
         estimator: keyword(settings.estimator),

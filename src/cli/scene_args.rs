@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use steradian::film::filter::{FilterKind, PixelFilter};
 use steradian::integrator::{DEFAULT_MAX_DEPTH, Estimator, IntegratorKind, SamplerKind, Settings};
-use steradian::scene::{self, Scene, Sky, SkyRadiance};
+use steradian::scene::{self, Film, Scene, Sky, SkyRadiance};
 
 #[derive(clap::Args)]
 pub struct SceneArgs {
@@ -18,6 +19,15 @@ pub struct SceneArgs {
     /// Image size in pixels; else the scene's
     #[arg(long, value_name = "WxH", value_parser = super::parse_size)]
     pub size: Option<(u32, u32)>,
+    /// Renders only columns X0..X1 and rows Y0..Y1, X1 and Y1 excluded, each pixel as in the whole image
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = super::parse_crop)]
+    pub crop: Option<[u32; 4]>,
+    /// Pixel filter; else the scene's
+    #[arg(long, value_name = "FILTER")]
+    pub pixel_filter: Option<FilterKind>,
+    /// Where the filter ends, in pixels [default: the scene's, else box 0.5, others 1.5]
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    pub filter_radius: Option<f64>,
     #[arg(long, default_value = "path")]
     pub integrator: IntegratorKind,
     #[arg(long, default_value = "mis")]
@@ -48,6 +58,7 @@ impl SceneArgs {
         if let Some((width, height)) = self.size {
             (scene.film.width, scene.film.height) = (width, height);
         }
+        self.film(&mut scene.film)?;
         if let Some(path) = &self.env {
             replace_sky(&mut scene, path)?;
         }
@@ -60,6 +71,21 @@ impl SceneArgs {
         scene::frame_camera(&mut scene);
         scene::ensure_light(&mut scene);
         Ok(scene)
+    }
+
+    /// Window and filter. A crop of the scene file must lie in the image that --size chose.
+    fn film(&self, film: &mut Film) -> anyhow::Result<()> {
+        let of_file = film.crop.map(|c| [c.x, c.y, c.x + c.width, c.y + c.height]);
+        if let Some(edges) = self.crop.or(of_file) {
+            let who = if self.crop.is_some() { "--crop" } else { "the scene's crop" };
+            film.set_crop(edges).map_err(|reason| anyhow::anyhow!("{who} {reason}"))?;
+        }
+        if self.pixel_filter.is_some() || self.filter_radius.is_some() {
+            let kind = self.pixel_filter.unwrap_or(film.filter.kind);
+            film.filter = PixelFilter::new(kind, self.filter_radius)
+                .map_err(|reason| anyhow::anyhow!("--filter-radius {reason}"))?;
+        }
+        Ok(())
     }
 
     fn sky<'a>(&self, scene: &'a mut Scene, flag: &str) -> anyhow::Result<&'a mut Sky> {

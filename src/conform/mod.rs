@@ -1,12 +1,13 @@
 //! The gates: what a device and the project's own mathematics must hold before a picture is believed (DESIGN, section 4).
 //!
 //! `run` checks a device and returns a `Report`; `steradian conform` prints it, tests only call it. A family of functions keeps
-//! its rows in a file here: `math`, `warp`, `sampler`, `texture`, `light`, `bsdf`. Gate 3 compares every GLSL function free of
+//! its rows in a file here: `math`, `warp`, `sampler`, `texture`, `light`, `bsdf`, `film`. Gate 3 compares every GLSL function free of
 //! path state with f64 (`probe`); a function that no row names is listed in `coverage` with the gate that covers it, or fails.
 
 pub mod bsdf;
 pub mod camera;
 pub mod coverage;
+pub mod film;
 pub mod images;
 pub mod inputs;
 pub mod models;
@@ -43,6 +44,7 @@ pub fn probes() -> Vec<Probe> {
         texture::probes(),
         light::probes(),
         bsdf::probes(),
+        film::probes(),
     ]
     .into_iter()
     .flatten()
@@ -55,6 +57,7 @@ pub fn run(device: &Device, filter: &str) -> Report {
     let probes = probes();
     report.rows.extend(probe::run_all(device, &probes, filter, PROBE_INPUTS));
     report.rows.extend(light::rows(device, filter, PROBE_INPUTS));
+    report.rows.extend(film::rows(device, filter, PROBE_INPUTS));
     report.rows.extend(bsdf::furnace_rows(device, filter, 7));
     report.rows.extend(traversal::run(device, filter));
     report.rows.extend(coverage::rows(&probes).into_iter().filter(|row| row.is_wanted(filter)));

@@ -2,7 +2,7 @@
 
 use super::report::{Gate, GateRow, Verdict, is_wanted};
 use super::subject::Subject;
-use super::{camera, images, models, replay};
+use super::{camera, film, images, models, replay};
 use crate::error::Error;
 use crate::integrator::{Estimator, Settings};
 use crate::reference::{known, scenes};
@@ -42,6 +42,10 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     for known in &known {
         let row = move |s: &Subject| images::closed_form(s, known, Estimator::Mis, scale.closed_form_spp);
         list.push((Gate::Images, format!("closed form {}", known.name), Box::new(row)));
+    }
+    for (name, filter) in film::step_edges() {
+        let row = move |s: &Subject| film::step_edge(s, filter, scale.closed_form_spp);
+        list.push((Gate::Images, name, Box::new(row)));
     }
     for scene in scenes.iter().chain(&models).chain(&cameras) {
         let row = move |s: &Subject| {

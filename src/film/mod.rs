@@ -8,6 +8,7 @@
 
 pub mod aov;
 pub mod dd;
+pub mod filter;
 pub mod ledger;
 pub mod slot;
 pub mod source;
@@ -29,8 +30,8 @@ struct PixelSums {
     square: [Dd; 3],
 }
 
-/// A rectangle of pixels; row-major, row 0 on top.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A rectangle of an image's pixels; row-major, row 0 on top.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Tile {
     pub x: u32,
     pub y: u32,
@@ -39,16 +40,24 @@ pub struct Tile {
 }
 
 impl Tile {
+    /// All of an image.
+    pub const fn image(width: u32, height: u32) -> Self {
+        Self { x: 0, y: 0, width, height }
+    }
     pub fn pixel_count(&self) -> usize {
         self.width as usize * self.height as usize
     }
+    /// It has pixels, and all of them lie in an image of this size.
+    pub fn is_inside(&self, width: u32, height: u32) -> bool {
+        let fits = |start: u32, length: u32, limit: u32| length > 0 && start < limit && length <= limit - start;
+        fits(self.x, self.width, width) && fits(self.y, self.height, height)
+    }
 }
 
-/// All samples taken so far, summed.
+/// All samples taken so far of a window of the image, summed. Pixels are numbered within the window.
 #[derive(Clone, Debug)]
 pub struct Film {
-    width: u32,
-    height: u32,
+    window: Tile,
     first_block: u64,
     sums: Vec<PixelSums>,
     /// Blocks added, by pixel: they differ only when a pass was stopped between tiles.
@@ -64,12 +73,16 @@ impl Film {
     /// Host bytes for a pixel's AOVs.
     pub const AOV_BYTES_A_PIXEL: usize = size_of::<AovSums>();
 
-    /// An empty film whose blocks start at `first_block` (0 unless a range of samples is rendered).
+    /// An empty film of a whole image, whose blocks start at `first_block` (0 unless a range of samples is rendered).
     pub fn new(width: u32, height: u32, has_aov: bool, first_block: u64) -> Self {
-        let pixel_count = width as usize * height as usize;
+        Self::over(Tile::image(width, height), has_aov, first_block)
+    }
+
+    /// The same for a part of an image.
+    pub fn over(window: Tile, has_aov: bool, first_block: u64) -> Self {
+        let pixel_count = window.pixel_count();
         Self {
-            width,
-            height,
+            window,
             first_block,
             sums: vec![PixelSums::default(); pixel_count],
             block_count: vec![0; pixel_count],
@@ -93,11 +106,15 @@ impl Film {
         }
     }
 
+    /// Where its pixels lie in the image.
+    pub fn window(&self) -> Tile {
+        self.window
+    }
     pub fn width(&self) -> u32 {
-        self.width
+        self.window.width
     }
     pub fn height(&self) -> u32 {
-        self.height
+        self.window.height
     }
     pub fn pixel_count(&self) -> usize {
         self.sums.len()
@@ -130,7 +147,8 @@ impl Film {
     /// Adds one block of one pixel. Blocks of a pixel come in order, without gaps.
     pub fn add_block(&mut self, pixel: usize, block: u64, slot: &SlotRecord) {
         let mut events = Events::default();
-        let position = (pixel as u32 % self.width, pixel as u32 / self.width);
+        let w = self.window;
+        let position = (w.x + pixel as u32 % w.width, w.y + pixel as u32 / w.width);
         let next = self.first_block + self.block_count[pixel] as u64;
         add_slot(&mut self.sums[pixel], slot, block, next, position, &mut events);
         self.block_count[pixel] += 1;
@@ -144,15 +162,16 @@ impl Film {
         }
     }
 
-    /// Adds the slots of `tile` for all of `blocks`: slot index = (block - blocks.start) * tile pixels + pixel in the tile, each
+    /// Adds the slots of `tile` (of the image, inside the window) for all of `blocks`: slot index = (block - blocks.start) * tile pixels + pixel in the tile, each
     /// of `slot::rows(has_aov)` rows. Returns the rays counted in them.
     pub fn add_tile(&mut self, tile: Tile, blocks: Range<u64>, rows: &[[u32; 4]]) -> u64 {
         let rows_a_slot = slot::rows(self.has_aov());
         let tile_pixels = tile.pixel_count();
         let slot_count = tile_pixels * (blocks.end - blocks.start) as usize;
         assert!(rows.len() >= slot_count * rows_a_slot, "the tile's slots are all there");
-        let (width, first_block) = (self.width as usize, self.first_block);
-        let (begin, end) = (tile.y as usize * width, (tile.y + tile.height) as usize * width);
+        let (width, first_block) = (self.window.width as usize, self.first_block);
+        let (left, top) = ((tile.x - self.window.x) as usize, (tile.y - self.window.y) as usize);
+        let (begin, end) = (top * width, (top + tile.height as usize) * width);
         let no_aov: &mut [AovSums] = &mut [];
         let aov = self.aov.as_mut().map_or(no_aov, |a| &mut a[begin..end]);
         let aov_width = if aov.is_empty() { 0 } else { width };
@@ -166,8 +185,8 @@ impl Film {
             .map(|((row, sums, counts), aov)| {
                 let mut events = Events::default();
                 for column in 0..tile.width as usize {
-                    let x = tile.x as usize + column;
-                    let position = (x as u32, tile.y + row as u32);
+                    let x = left + column;
+                    let position = (tile.x + column as u32, tile.y + row as u32);
                     for (step, block) in blocks.clone().enumerate() {
                         let first_row = (step * tile_pixels + row * tile.width as usize + column) * rows_a_slot;
                         let slot: &SlotRecord = bytemuck::cast_ref(array2(rows, first_row));

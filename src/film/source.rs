@@ -9,13 +9,13 @@ use crate::error::Error;
 
 /// Something that renders whole blocks of samples into a film.
 pub trait SampleSource {
-    /// Width and height in pixels.
+    /// Width and height of the whole image in pixels.
     fn resolution(&self) -> (u32, u32);
     /// Whether its slots carry the AOV rows.
     fn has_aov(&self) -> bool {
         false
     }
-    /// Renders `blocks` of every pixel and adds them, in block order. When `stop` turns true it may return early, after whole
+    /// Renders `blocks` of every pixel of the film's window and adds them, in block order. When `stop` turns true it may return early, after whole
     /// blocks: then some pixels have fewer of them, which the film knows.
     fn render_blocks(
         &mut self,

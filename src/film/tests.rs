@@ -64,6 +64,62 @@ fn result_does_not_depend_on_tiles_or_passes() {
     }
 }
 
+/// A film over a part of the image holds what the whole one holds there, and knows where its pixels are.
+#[test]
+fn a_window_is_a_part_of_the_image() {
+    let (width, whole_tile) = (7, Tile::image(7, 5));
+    let mut whole = Film::new(7, 5, true, 0);
+    whole.add_tile(whole_tile, 0..3, &rows(width, whole_tile, 0..3, true));
+    let window = Tile { x: 2, y: 1, width: 4, height: 3 };
+    let mut part = Film::over(window, true, 0);
+    for tile in [Tile { height: 1, ..window }, Tile { y: 2, height: 2, ..window }] {
+        part.add_tile(tile, 0..3, &rows(width, tile, 0..3, true));
+    }
+    for pixel in 0..window.pixel_count() {
+        let in_whole = (pixel / 4 + 1) * 7 + pixel % 4 + 2;
+        assert_eq!(part.mean(pixel), whole.mean(in_whole));
+        assert_eq!(part.variance_of_mean(pixel), whole.variance_of_mean(in_whole));
+    }
+    let mut bad = slot(1.0);
+    LEDGER_NAN.add(&mut bad, 1);
+    bad.first_bad = 48;
+    part.add_block(5, 3, &bad);
+    assert_eq!(part.ledger().bad_samples, [BadSample { x: 3, y: 2, sample: 48 }]);
+    assert!(window.is_inside(7, 5) && !window.is_inside(5, 5) && !Tile::default().is_inside(7, 5));
+    assert!(!Tile { x: u32::MAX, width: 2, ..window }.is_inside(7, 5));
+}
+
+/// N17: a constant pixel of 0.1 over a million samples; f32 sums of blocks, double-double on the host. What is left is the rounding
+/// of a block's sum on the device, 2^-24 at most.
+#[test]
+fn a_million_samples_of_a_constant_do_not_drift() {
+    let mut film = Film::new(1, 1, false, 0);
+    let block: f32 = (0..BLOCK_SAMPLES).fold(0.0, |sum, _| sum + 0.1f32);
+    for k in 0..62_500 {
+        film.add_block(0, k, &SlotRecord { sum: [block; 3], first_bad: NONE, ..Default::default() });
+    }
+    assert_eq!(film.mean(0)[0], f64::from(block) / 16.0, "the host adds exactly");
+    assert!((film.mean(0)[0] / f64::from(0.1f32) - 1.0).abs() < 1e-6, "{}", film.mean(0)[0]);
+    assert_eq!(film.variance_of_mean(0), [0.0; 3]);
+}
+
+/// N18: a bright pixel, 1e4 +- 1e-2 a sample. E[x^2] - E[x]^2 loses all digits of such a variance in f32, and most in f64.
+#[test]
+fn the_variance_of_a_bright_constant_is_right() {
+    let mut film = Film::new(1, 1, false, 0);
+    // A block's sum of 1.6e5 has a spacing of 1/64 in f32; sums of +-0.16 about it are +-10 steps.
+    let step = 10.0 / 64.0;
+    let blocks = 4096u64;
+    for k in 0..blocks {
+        let sum = 1.6e5 + if noise(0, k) < 16.0 { -step } else { step };
+        film.add_block(0, k, &SlotRecord { sum: [sum; 3], first_bad: NONE, ..Default::default() });
+    }
+    let values = (0..blocks).map(|k| if noise(0, k) < 16.0 { -f64::from(step) } else { f64::from(step) } / 16.0);
+    let wanted = crate::metric::stats::Moments::of(values).variance_of_mean();
+    let variance = film.variance_of_mean(0)[0];
+    assert!(variance > 0.0 && (variance / wanted - 1.0).abs() < 1e-10, "{variance:e} {wanted:e}");
+}
+
 #[test]
 fn variance_is_that_of_block_means() {
     let mut film = Film::new(1, 1, false, 3);

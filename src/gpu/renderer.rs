@@ -210,17 +210,18 @@ impl SampleSource for Renderer {
     ) -> Result<PassStats, Error> {
         let mut stats = PassStats::default();
         let mut block = blocks.start;
+        let window = film.window();
+        let (right, bottom) = (window.x + window.width, window.y + window.height);
         while block < blocks.end {
-            let pixel_count = self.width as usize * self.height as usize;
-            let step = (self.slot_budget() / pixel_count).clamp(1, (blocks.end - block) as usize) as u64;
-            let mut y = 0;
-            while y < self.height {
+            let step = (self.slot_budget() / window.pixel_count()).clamp(1, (blocks.end - block) as usize) as u64;
+            let mut y = window.y;
+            while y < bottom {
                 let budget = self.slot_budget() / step as usize;
-                let height = ((budget / self.width as usize) as u32).clamp(1, self.height - y);
-                let mut x = 0;
-                while x < self.width {
-                    // A row longer than the budget is cut; else the tile is as wide as the image.
-                    let width = if height > 1 { self.width } else { (budget as u32).clamp(1, self.width - x) };
+                let height = ((budget / window.width as usize) as u32).clamp(1, bottom - y);
+                let mut x = window.x;
+                while x < right {
+                    // A row longer than the budget is cut; else the tile is as wide as the window.
+                    let width = if height > 1 { window.width } else { (budget as u32).clamp(1, right - x) };
                     let tile = Tile { x, y, width, height };
                     let (rows, time) = self.render_tile(tile, block..block + step)?;
                     stats.rays += film.add_tile(tile, block..block + step, &rows);

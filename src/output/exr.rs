@@ -31,9 +31,15 @@ pub fn write(path: &Path, film: &Film, record: &Record) -> std::result::Result<(
     let json = serde_json::to_string(record).map_err(|e| Error::file(path, format!("cannot write its record: {e}")))?;
     attributes.other.insert(RECORD_ATTRIBUTE.into(), AttributeValue::Text(json.as_str().into()));
     let size = (film.width() as usize, film.height() as usize);
+    // A crop says where it lies in the whole image.
+    let window = film.window();
+    attributes.layer_position = Vec2(window.x as i32, window.y as i32);
     let layer = Layer::new(size, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(channels));
+    let mut image = Image::from_layer(layer);
+    image.attributes.display_window =
+        IntegerBounds::from_dimensions(Vec2(record.width.max(1) as usize, record.height.max(1) as usize));
     super::replace(path, |beside| {
-        Image::from_layer(layer).write().to_file(beside).map_err(|e| match e {
+        image.write().to_file(beside).map_err(|e| match e {
             exr::error::Error::Io(e) => Error::io("write", path, e),
             other => Error::file(path, format!("cannot write: {other}")),
         })

@@ -5,6 +5,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
+use crate::film::Tile;
+use crate::film::filter::PixelFilter;
 use crate::film::ledger::Ledger;
 use crate::metric::estimate::Estimate;
 
@@ -28,6 +30,9 @@ pub struct Record {
     pub scene: String,
     pub width: u32,
     pub height: u32,
+    /// What of the image was rendered, when it was not all.
+    pub crop: Option<Tile>,
+    pub filter: Option<PixelFilter>,
     pub seed: u32,
     pub integrator: String,
     pub estimator: String,
@@ -70,8 +75,9 @@ impl Record {
         };
         let s = &self.seconds;
         let mebibytes = |bytes: u64| bytes as f64 / (1 << 20) as f64;
+        let crop = self.crop.map_or(String::new(), |c| format!(" (crop {}x{} at {},{})", c.width, c.height, c.x, c.y));
         format!(
-            "{}x{} at {} spp in {:.2} s, {error}\n\
+            "{}x{}{crop} at {} spp in {:.2} s, {error}\n\
              load {:.2}, bvh {:.2}, compile {:.2}, upload {:.2}, trace {:.2}, write {:.2} s; {:.3} Msamples/s, {:.2} Mrays/s\n\
              host {:.0} MiB, device {:.0} MiB; {} ({}); lost: {}",
             self.width,

@@ -19,6 +19,8 @@ pub struct Features {
     pub aovs: bool,
     /// Cameras in the text, ascending numbers of `camera::MODELS`: the scene's.
     pub cameras: Vec<usize>,
+    /// Film positions come from the filter's table; else the box of one pixel.
+    pub filter: bool,
     pub triangles: bool,
     pub spheres: bool,
     pub discs: bool,
@@ -74,6 +76,7 @@ impl Features {
             estimator: settings.estimator,
             aovs: settings.aovs,
             cameras: vec![p.camera.kind as usize],
+            filter: !p.filter.is_empty(),
             triangles: !p.triangles.is_empty(),
             spheres: !p.spheres.is_empty(),
             discs: !p.discs.is_empty(),
@@ -117,6 +120,7 @@ impl Features {
     pub fn everything(mut self) -> Self {
         for flag in [
             &mut self.aovs,
+            &mut self.filter,
             &mut self.triangles,
             &mut self.spheres,
             &mut self.discs,
@@ -199,6 +203,7 @@ impl Features {
         let mut d = vec![
             ("AOVS", self.aovs),
             ("HAS_RECEIVER", self.receiver()),
+            ("HAS_FILTER", self.filter),
             ("HAS_TRIANGLES", self.triangles),
             // Closed meshes stay closed where an edge function is exactly 0 in f32.
             ("TRIANGLE_EXACT_EDGES", true),

@@ -46,6 +46,8 @@ pub struct Prepared {
     /// World position of the origin of all records (the camera's position).
     pub origin: DVec3,
     pub camera: CameraRecord,
+    /// Inverse distribution of the pixel filter (`film::filter`); empty for the box of one pixel.
+    pub filter: Vec<[u32; 4]>,
     /// Of a surface meter.
     pub sensor_elements: Vec<SensorElementRecord>,
     /// Alias table over `sensor_elements`, by area.
@@ -117,6 +119,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
         width,
         height,
         origin,
+        filter: scene.film.filter.rows(),
         triangles: tree.triangle_order.iter().map(|&i| geometry.triangles[i as usize]).collect(),
         spheres: tree.sphere_order.iter().map(|&i| geometry.spheres[i as usize]).collect(),
         discs: tree.disc_order.iter().map(|&i| geometry.discs[i as usize]).collect(),

@@ -85,12 +85,7 @@ pub fn floor_at(center: DVec3, half: f64) -> DAffine3 {
 
 /// A narrow view of 8 x 8 pixels.
 pub fn narrow(name: &str, from: DVec3, at: DVec3) -> Scene {
-    Scene {
-        name: name.to_owned(),
-        camera: camera(from, at, 0.002),
-        film: Film { width: 8, height: 8, spp: None, max_depth: None },
-        ..Scene::default()
-    }
+    Scene { name: name.to_owned(), camera: camera(from, at, 0.002), film: Film::sized(8, 8), ..Scene::default() }
 }
 
 /// Inside a sphere of albedo rho that emits Le on both sides: L = Le/(1 - rho).

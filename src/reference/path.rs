@@ -54,6 +54,8 @@ pub trait World: Sync {
     fn size(&self) -> [u32; 2];
     /// The numbers of one sample of a pixel.
     fn stream(&self, seed: u32, pixel: [u32; 2], sample: u64) -> Self::Stream;
+    /// Offset from a pixel's centre, in pixels, of the pixel filter's share `u`.
+    fn filter_offset(&self, u: f64) -> f64;
     /// The start of a sample through a film position in pixels, row 0 on top.
     fn camera_start(&self, film: DVec2, random: &Self::Stream) -> Start;
     fn camera_medium(&self) -> u32;
@@ -138,8 +140,9 @@ pub fn trace<W: World>(
     mut observe: impl FnMut(VertexTrace),
 ) -> Sample {
     let random = &world.stream(settings.seed, pixel, sample_index);
-    let jitter = DVec2::new(random.unit(0, sampler::PIXEL_X), random.unit(0, sampler::PIXEL_Y));
-    let start = world.camera_start(DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + jitter, random);
+    let center = DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + 0.5;
+    let offset = [sampler::PIXEL_X, sampler::PIXEL_Y].map(|purpose| world.filter_offset(random.unit(0, purpose)));
+    let start = world.camera_start(center + DVec2::from(offset), random);
     let mut ray = Ray { origin: start.origin, direction: start.direction, leaves: NONE, ignores: NONE };
     let mut medium = world.camera_medium();
     let mut throughput = DVec3::splat(start.weight);

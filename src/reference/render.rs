@@ -109,17 +109,17 @@ impl<W: World> SampleSource for Renderer<W> {
         stop: &dyn Fn() -> bool,
     ) -> Result<PassStats, Error> {
         let start = Instant::now();
-        let (width, height) = self.resolution();
-        let samples_a_row = width as usize * BLOCK_SAMPLES as usize;
+        let window = film.window();
+        let samples_a_row = window.width as usize * BLOCK_SAMPLES as usize;
         let mut stats = PassStats::default();
         for block in blocks {
-            let rows = (BAND_SAMPLES / samples_a_row).clamp(1, height as usize) as u32;
-            for y in (0..height).step_by(rows as usize) {
+            let rows = (BAND_SAMPLES / samples_a_row).clamp(1, window.height as usize) as u32;
+            for y in (0..window.height).step_by(rows as usize) {
                 if stop() {
                     stats.device_time_s = start.elapsed().as_secs_f64();
                     return Ok(stats);
                 }
-                let tile = Tile { x: 0, y, width, height: rows.min(height - y) };
+                let tile = Tile { y: window.y + y, height: rows.min(window.height - y), ..window };
                 stats.rays += film.add_tile(tile, block..block + 1, &self.tile(tile, block..block + 1));
             }
         }

@@ -10,12 +10,7 @@ use super::known::{camera, lambert, lamp, material, place, sphere_at};
 use crate::scene::*;
 
 fn empty(name: &str, camera: Camera, size: u32) -> Scene {
-    Scene {
-        name: name.to_owned(),
-        camera,
-        film: Film { width: size, height: size, spp: None, max_depth: None },
-        ..Scene::default()
-    }
+    Scene { name: name.to_owned(), camera, film: Film::sized(size, size), ..Scene::default() }
 }
 
 /// Rectangle of half-sizes `half` whose front faces `normal`.

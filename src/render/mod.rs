@@ -8,9 +8,9 @@
 use std::time::Instant;
 
 use crate::error::Error;
-use crate::film::Film;
 use crate::film::slot::BLOCK_SAMPLES;
 use crate::film::source::SampleSource;
+use crate::film::{Film, Tile};
 use crate::metric::estimate::{self, FilmError};
 
 /// Seconds of a pass: at first, as a share of the time so far, and at most.
@@ -85,16 +85,16 @@ pub struct Outcome {
     pub error: Option<FilmError>,
 }
 
-/// Renders until a stop. `interrupted` is polled between blocks; `observe` is called after each pass.
+/// Renders `window` of the source's image until a stop. `interrupted` is polled between blocks; `observe` is called after each pass.
 pub fn render(
     source: &mut dyn SampleSource,
+    window: Tile,
     stops: &Stops,
     interrupted: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, Error> {
-    let (width, height) = source.resolution();
-    Film::check_memory(width, height, source.has_aov())?;
-    let mut film = Film::new(width, height, source.has_aov(), 0);
+    Film::check_memory(window.width, window.height, source.has_aov())?;
+    let mut film = Film::over(window, source.has_aov(), 0);
     let begun = Instant::now();
     let mut pace = Pace::default();
     let mut next_estimate_s = 0.0;

@@ -16,6 +16,9 @@ use std::sync::Arc;
 
 use glam::{DAffine2, DAffine3, DVec3};
 
+use crate::film::Tile;
+use crate::film::filter::PixelFilter;
+
 /// A whole scene. Indices (`mesh`, `material`, `texture`, `image`) point into the vectors here.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
@@ -81,19 +84,47 @@ pub struct SurfaceMeter {
     pub is_back: bool,
 }
 
-/// Image size in pixels and the number of samples a pixel to take when no stop is given.
+/// Image size in pixels, what of it is rendered and how pixels are made of samples.
 #[derive(Clone, Debug)]
 pub struct Film {
     pub width: u32,
     pub height: u32,
+    /// The part of the image that is rendered; the whole when None.
+    pub crop: Option<Tile>,
+    pub filter: PixelFilter,
+    /// Samples a pixel to take when no stop is given.
     pub spp: Option<u32>,
     /// Path edges: 1 = emission seen directly, 2 = one bounce.
     pub max_depth: Option<u32>,
 }
 
+impl Film {
+    pub const fn sized(width: u32, height: u32) -> Self {
+        Self { width, height, crop: None, filter: PixelFilter::BOX, spp: None, max_depth: None }
+    }
+
+    /// Renders only columns x0..x1 and rows y0..y1; the error says why the image has no such window.
+    pub fn set_crop(&mut self, [x0, y0, x1, y1]: [u32; 4]) -> Result<(), String> {
+        if x0 >= x1 || y0 >= y1 {
+            return Err(format!("{x0},{y0},{x1},{y1} holds no pixel: x1 must be above x0, and y1 above y0"));
+        }
+        let crop = Tile { x: x0, y: y0, width: x1 - x0, height: y1 - y0 };
+        if !crop.is_inside(self.width, self.height) {
+            return Err(format!("{x0},{y0},{x1},{y1} reaches out of the image of {}x{}", self.width, self.height));
+        }
+        self.crop = Some(crop);
+        Ok(())
+    }
+
+    /// The part of the image that is rendered.
+    pub fn window(&self) -> Tile {
+        self.crop.unwrap_or(Tile::image(self.width, self.height))
+    }
+}
+
 impl Default for Film {
     fn default() -> Self {
-        Self { width: 640, height: 480, spp: None, max_depth: None }
+        Self::sized(640, 480)
     }
 }
 

@@ -89,6 +89,8 @@ pub fn includes(f: &Features) -> Vec<String> {
     for &b in &f.bsdfs {
         add(true, &format!("bsdf/{}", bsdf::MODELS[b].keyword));
     }
+    add(f.filter, "film/filter");
+    add(true, "film/position");
     list
 }
 

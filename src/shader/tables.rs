@@ -1,7 +1,7 @@
 //! Every table a kernel can read: name, record, rows, and the feature it belongs to. A table that is not needed has no binding.
 
 use crate::bsdf;
-use crate::film::slot;
+use crate::film::{filter, slot};
 use crate::light;
 use crate::prepare::Prepared;
 use crate::prepare::features::Features;
@@ -39,6 +39,10 @@ pub const TABLES: &[TableEntry] = &[
     table!("camera", CameraRecord, |_| true, |p| rows_of(&[p.camera])),
     table!("sensor_elements", SensorElementRecord, |f| f.sensor_elements(), |p| rows_of(&p.sensor_elements)),
     table!("sensor_alias", |f| f.sensor_elements(), |p| rows_of(&p.sensor_alias)),
+    table!("filter_cells", |f| f.filter, |p| match p.filter.is_empty() {
+        true => filter::PixelFilter::BOX.cells(),
+        false => p.filter.clone(),
+    }),
     table!("bvh", |_| true, |p| rows_of(&p.bvh.nodes)),
     table!("triangles", TriangleRecord, |f| f.triangles, |p| rows_of(&p.triangles)),
     table!("spheres", SphereRecord, |f| f.spheres, |p| rows_of(&p.spheres)),
@@ -125,5 +129,5 @@ pub fn shared_constants() -> String {
     for (number, model) in bsdf::MODELS.iter().enumerate() {
         text += &format!("const uint BSDF_{} = {number}u;\n", model.keyword.to_uppercase());
     }
-    text + &slot::glsl()
+    text + &slot::glsl() + &filter::glsl()
 }

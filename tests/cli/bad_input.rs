@@ -36,7 +36,7 @@ fn unknown_key_names_the_nearest() {
 #[test]
 fn flags() {
     let cornell = scene("cornell.toml").display().to_string();
-    let cases: [(&[&str], &[&str]); 13] = [
+    let cases: [(&[&str], &[&str]); 20] = [
         (&["--size", "65536x65536"], &["65536x65536", "MiB", "--size"]),
         (&["--size", "0x10"], &["0x10", "1 to 65536"]),
         (&["--size", "640"], &["640", "WIDTHxHEIGHT"]),
@@ -49,6 +49,13 @@ fn flags() {
         (&["--env", "missing.hdr"], &["missing.hdr", "no such file"]),
         (&["--env-rotate", "90"], &["--env-rotate", "no sky"]),
         (&["-o", "/no/such/folder/a.exr"], &["/no/such/folder/a.exr", "cannot write"]),
+        (&["--crop", "0,0,10"], &["0,0,10", "X0,Y0,X1,Y1"]),
+        (&["--crop", "5,0,5,9"], &["--crop", "holds no pixel"]),
+        (&["--crop", "0,0,9,1000"], &["--crop", "reaches out of the image of 400x400"]),
+        (&["--pixel-filter", "gausian"], &["gausian", "gaussian"]),
+        (&["--filter-radius", "0"], &["--filter-radius", "at most 32"]),
+        (&["--filter-radius", "1e9"], &["--filter-radius", "at most 32"]),
+        (&["--filter-radius", "nan"], &["--filter-radius", "at most 32"]),
         (&["-o", "a.tif"], &["a.tif", "use .exr, .png or .hdr"]),
     ];
     for (flags, words) in cases {

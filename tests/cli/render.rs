@@ -55,6 +55,34 @@ fn the_same_seed_gives_the_same_bytes_and_another_does_not() {
     assert_ne!(picture("a.png", "1"), picture("c.png", "2"));
 }
 
+/// A crop's pixels are those of the whole image, bit for bit, and its file says where it lies.
+#[test]
+fn a_crop_equals_the_whole_image_there() {
+    let dir = tempfile::tempdir().unwrap();
+    let cornell = scene("cornell.toml").display().to_string();
+    let render = |name: &str, more: &[&str]| {
+        let path = dir.path().join(name).display().to_string();
+        let mut arguments = vec!["render", &cornell, "-o", &path, "--spp", "16", "--pixel-filter", "gaussian"];
+        arguments.extend(SMALL);
+        arguments.extend(more);
+        let ran = run(&arguments);
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
+        steradian::output::image::read(path.as_ref()).unwrap()
+    };
+    let whole = render("whole.exr", &[]);
+    let crop = render("crop.exr", &["--crop", "5,2,12,11"]);
+    assert_eq!((crop.width, crop.height), (7, 9));
+    for y in 0..9 {
+        for x in 0..7 {
+            assert_eq!(crop.pixels[y * 7 + x], whole.pixels[(y + 2) * 16 + x + 5], "({x}, {y})");
+        }
+    }
+    let meta = exr::meta::MetaData::read_from_file(dir.path().join("crop.exr"), false).unwrap();
+    let header = &meta.headers[0];
+    let (data, display) = (header.own_attributes.layer_position, header.shared_attributes.display_window);
+    assert_eq!((data.x(), data.y(), display.size.x(), display.size.y()), (5, 2, 16, 12));
+}
+
 #[test]
 fn time_is_a_stop() {
     let dir = tempfile::tempdir().unwrap();

@@ -249,6 +249,10 @@ impl World for Independent<'_> {
         Stream::new(u64::from(seed), pixel, sample)
     }
 
+    fn filter_offset(&self, u: f64) -> f64 {
+        self.scene.film.filter.offset(u)
+    }
+
     fn camera_start(&self, film: DVec2, random: &Stream) -> Start {
         camera::start(self, film, random)
     }

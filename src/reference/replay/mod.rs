@@ -16,6 +16,7 @@ use super::surface::Surface;
 use super::tree::{Hit, Ray, Shape, Tree};
 use crate::bsdf::{InputKind, MODELS, Params};
 use crate::camera::{self, Start, View};
+use crate::film::filter;
 use crate::integrator::{Estimator, SamplerKind, Settings};
 use crate::light::{self, Place, Reach, alias, sky::SkyView};
 use crate::prepare::Prepared;
@@ -192,6 +193,10 @@ impl World for Replay {
 
     fn stream(&self, seed: u32, pixel: [u32; 2], sample: u64) -> Stream {
         Stream::new(self.sampler, seed, pixel[1] * self.prepared.width + pixel[0], sample as u32)
+    }
+
+    fn filter_offset(&self, u: f64) -> f64 {
+        filter::offset_from_rows(&self.prepared.filter, u)
     }
 
     fn camera_start(&self, film: DVec2, random: &Stream) -> Start {

@@ -4,6 +4,7 @@
 //! beside the scene file. Order: textures, materials, models, shapes, then patches of what models brought.
 
 mod camera;
+mod film;
 pub mod keys;
 mod material;
 mod model;
@@ -74,22 +75,6 @@ pub fn parse(text: &str, path: &Path) -> Result<Scene, Error> {
 }
 
 impl<'a> Builder<'a> {
-    fn film(&mut self, top: &Table<'a>) -> Result<(), Error> {
-        let Some(item) = top.get("film") else { return Ok(()) };
-        let table = Table::open(self.source, item, &[&keys::FILM], &[])?;
-        let film = &mut self.scene.film;
-        if let Some(size) = table.numbers::<2>("size")? {
-            if size.iter().any(|s| *s < 1.0 || *s > 65_536.0 || s.fract() != 0.0) {
-                return Err(table.error("size", "must be two whole numbers of pixels from 1 to 65536"));
-            }
-            (film.width, film.height) = (size[0] as u32, size[1] as u32);
-        }
-        let count = |key| Ok::<_, Error>(table.whole(key, 1..1 << 31)?.map(|n| n as u32));
-        film.spp = count("spp")?;
-        film.max_depth = count("max_depth")?;
-        Ok(())
-    }
-
     fn sky(&mut self, top: &Table<'a>) -> Result<(), Error> {
         let Some(item) = top.get("sky") else { return Ok(()) };
         let table = Table::open(self.source, item, &[&keys::SKY], &[])?;

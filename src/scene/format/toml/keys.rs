@@ -54,6 +54,9 @@ pub const CAMERA: Section = section!("[camera]", "Without `position` the bounds 
 
 pub const FILM: Section = section!("[film]", "Flags of the command line win over these.",
     "size": "[width, height] pixels" = "[640, 480]"; "each 1..=65536",
+    "crop": "[x0, y0, x1, y1] pixels" = "the whole image"; "only columns x0..x1 and rows y0..y1 are rendered, x1 and y1 excluded, each as in the whole image",
+    "filter": "\"box\", \"gaussian\" or \"blackman-harris\"" = "\"box\""; "pixel filter, drawn from, so that samples weigh the same; gaussian is cut at 3 standard deviations",
+    "filter_radius": "number in (0, 32], pixels" = "box 0.5, others 1.5"; "where the filter ends; a box of 0.5 is the pixel itself",
     "spp": "integer" = "256"; "samples a pixel when no stop is given",
     "max_depth": "integer" = "4096"; "path edges: 1 = emission seen directly, 2 = one bounce",
 );

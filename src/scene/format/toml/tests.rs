@@ -47,6 +47,17 @@ fn a_wrong_file_is_one_sentence_with_its_place() {
         ),
         ("[camera]\nposition = [0, 1, 0]\n", "`up` in [camera] points along the view"),
         ("[film]\nsize = [0, 10]\n", "test.toml:2:8: `size` in [film] must be two whole numbers"),
+        (
+            "[film]\ncrop = [0, 0, 700, 10]\n",
+            "test.toml:2:8: `crop` in [film] 0,0,700,10 reaches out of the image of 640x480",
+        ),
+        ("[film]\ncrop = [3, 3, 3, 4]\n", "holds no pixel"),
+        ("[film]\ncrop = [0.5, 0, 3, 4]\n", "four whole numbers"),
+        ("[film]\nfilter = \"gauss\"\n", "is \"gauss\", which is no filter; did you mean `gaussian`?"),
+        (
+            "[film]\nfilter_radius = 0\n",
+            "test.toml:2:17: `filter_radius` in [film] must be above 0 and at most 32 pixels",
+        ),
         ("[sky]\nradiance = -1\n", "must not be negative"),
         ("[sky]\nfile = \"none.hdr\"\n", "there is no such file"),
         (
