@@ -36,8 +36,8 @@ pub fn write(path: &Path, film: &Film, record: &Record) -> std::result::Result<(
     attributes.layer_position = Vec2(window.x as i32, window.y as i32);
     let layer = Layer::new(size, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(channels));
     let mut image = Image::from_layer(layer);
-    image.attributes.display_window =
-        IntegerBounds::from_dimensions(Vec2(record.width.max(1) as usize, record.height.max(1) as usize));
+    let whole = Vec2(record.width.max(window.x + window.width), record.height.max(window.y + window.height));
+    image.attributes.display_window = IntegerBounds::from_dimensions(Vec2(whole.0 as usize, whole.1 as usize));
     super::replace(path, |beside| {
         image.write().to_file(beside).map_err(|e| match e {
             exr::error::Error::Io(e) => Error::io("write", path, e),
