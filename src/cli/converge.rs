@@ -204,10 +204,7 @@ fn own_reference(
     ));
     let bar = super::progress::Bar::new();
     let stops = steradian::render::Stops { blocks: Some(blocks), time_s: None, started: std::time::Instant::now() };
-    let (width, height) = source.resolution();
-    let window = steradian::film::Tile::image(width, height);
-    let outcome =
-        steradian::render::render(source.as_mut(), window, &stops, &|| interrupt.is_set(), &mut |p| bar.update(p))?;
+    let outcome = steradian::render::render(source.as_mut(), &stops, &|| interrupt.is_set(), &mut |p| bar.update(p))?;
     bar.finish();
     anyhow::ensure!(!interrupt.is_set(), "interrupted while rendering the reference of {}", scene.name);
     output::write_picture(&path, &outcome.film, &output::record::Record::default(), 0.0)?;

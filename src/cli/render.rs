@@ -78,7 +78,8 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     notes.extend(source.describe().notes);
     notes.iter().for_each(say);
     let bar = Bar::new();
-    let outcome = render::render(source.as_mut(), window, &stops, &|| interrupt.is_set(), &mut |p| bar.update(p))?;
+    let outcome =
+        render::render_window(source.as_mut(), window, &stops, &|| interrupt.is_set(), &mut |p| bar.update(p))?;
     bar.finish();
     if outcome.film.sample_count() == 0 {
         say("interrupted before the first samples: nothing is written");

@@ -85,8 +85,19 @@ pub struct Outcome {
     pub error: Option<FilmError>,
 }
 
-/// Renders `window` of the source's image until a stop. `interrupted` is polled between blocks; `observe` is called after each pass.
+/// Renders all of the source's image until a stop: see `render_window`.
 pub fn render(
+    source: &mut dyn SampleSource,
+    stops: &Stops,
+    interrupted: &dyn Fn() -> bool,
+    observe: &mut dyn FnMut(&Progress),
+) -> Result<Outcome, Error> {
+    let (width, height) = source.resolution();
+    render_window(source, Tile::image(width, height), stops, interrupted, observe)
+}
+
+/// Renders `window` of the source's image until a stop. `interrupted` is polled between blocks; `observe` is called after each pass.
+pub fn render_window(
     source: &mut dyn SampleSource,
     window: Tile,
     stops: &Stops,

@@ -80,17 +80,6 @@ fn stops(spp: Option<u64>, time_s: Option<f64>) -> Stops {
     Stops { blocks: spp.map(blocks_for), time_s, started: Instant::now() }
 }
 
-/// The loop over the whole image.
-fn render(
-    source: &mut Exponential,
-    stops: &Stops,
-    interrupted: &dyn Fn() -> bool,
-    observe: &mut dyn FnMut(&Progress),
-) -> Result<Outcome, Error> {
-    let window = Tile::image(source.size.0, source.size.1);
-    super::render(source, window, stops, interrupted, observe)
-}
-
 fn never() -> bool {
     false
 }
