@@ -3,12 +3,13 @@
 // light_connect, light_density and light_background choose among them (src/light/mod.rs).
 
 #if NEXT_EVENT
-LightSample light_sample(PathState s, vec3 p, vec3 n) {
-    uint index = light_choose(p, n, path_word(s, LIGHT_INDEX), path_word(s, LIGHT_FRACTION));
+// From the surface point p; what can also be run into is seen from s.from beside it, so that both densities are for one point.
+LightSample light_sample(PathState s, vec3 p) {
+    uint index = light_choose(s.from, s.from_normal, path_word(s, LIGHT_INDEX), path_word(s, LIGHT_FRACTION));
     vec2 u = vec2(u01(path_word(s, LIGHT_U)), u01(path_word(s, LIGHT_V)));
     LightSample r = light_connect(s, LightRecord_load_lights(index), p, u);
     r.light = index;
-    r.pdf *= light_pmf(p, n, index);
+    r.pdf *= light_pmf(s.from, s.from_normal, index);
     return r;
 }
 #endif

@@ -62,15 +62,20 @@ uint add_next_event(inout PathState s, Surface surface, MaterialRecord material,
     // Beside the surface, on the viewer's side: a sphere that lights itself is then seen from inside or outside, not as rounding has it.
     s.from = spawn_origin(surface.p, surface.error, shading.ng, -s.ray.d);
     s.from_normal = shading.frame.n;
-    LightSample light = light_sample(s, s.from, s.from_normal);
+    LightSample light = light_sample(s, surface.p);
     vec3 wi = to_local(shading.frame, light.wi);
     Spectrum f = bsdf_eval(shading.lobes, shading.wo, wi);
     // A NaN counts as light, here and in `scatter`: the sample is then counted as bad, and does not just lose a part.
     bool is_lit = max_component(f * light.radiance) > 0.0 || is_nan_bits(dot(f, light.radiance));
     bool is_candidate = light.pdf > 0.0 && is_lit && sides_agree(shading, wi, light.wi) && !bsdf_is_delta(shading.lobes);
     float weight = 1.0 / light.pdf;
-#if ESTIMATOR_MIS
-    weight *= mis_weight(light.pdf, bsdf_pdf(shading.lobes, shading.wo, wi));
+#if ESTIMATOR_MIS && HAS_SIZED_LIGHTS
+    float share = mis_weight(light.pdf, bsdf_pdf(shading.lobes, shading.wo, wi));
+#if HAS_DELTA_LIGHTS
+    // No path runs into a light without size: its sample is all of its light.
+    share = light.is_delta ? 1.0 : share;
+#endif
+    weight *= share;
 #endif
     // A surface does not light itself through itself.
     bool is_own = light.light == surface.light && (dot(light.wi, shading.ng) > 0.0) == (dot(s.ray.d, shading.ng) > 0.0);

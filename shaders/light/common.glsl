@@ -1,5 +1,5 @@
 // What every light answers; the list of kinds and the functions each supplies are in src/light/mod.rs. After integrator/state.
-//   x_light_connect   a direction from p towards the light                     every kind that is sampled
+//   x_light_connect   a direction from p (or s.from beside it) towards the light                     every kind that is sampled
 //   x_light_density   the density of that, for emission that a path ran into    kinds whose surface can be hit
 //   x_light_arriving  emission along a ray that has left the scene, weighed     kinds infinitely far away
 
@@ -29,9 +29,10 @@ struct LightSample {
     Spectrum radiance;  // W/(m2 sr)
     uint primitive;     // the light's own, which its shadow ray ignores, or NONE
     uint light;         // row of `lights`
+    bool is_delta;      // no size: pdf is 1, radiance the irradiance perpendicular to wi in W/m2, and the weight 1
 };
 
 LightSample light_sample_none() {
-    return LightSample(vec3(0.0, 0.0, 1.0), 0.0, 0.0, Spectrum(0.0), NONE, NONE);
+    return LightSample(vec3(0.0, 0.0, 1.0), 0.0, 0.0, Spectrum(0.0), NONE, NONE, false);
 }
 #endif

@@ -118,7 +118,7 @@ Spectrum sky_light_arriving(PathState s) {
 #if HAS_LIGHT_SKY
 LightSample sky_light_connect(PathState s, LightRecord light, vec3 p, vec2 u) {
     SkySample sky = sky_sample(path_word(s, SKY_INDEX), path_word(s, SKY_FRACTION), u);
-    return LightSample(sky.wi, INFINITY, sky.pdf, sky.radiance, NONE, NONE);
+    return LightSample(sky.wi, INFINITY, sky.pdf, sky.radiance, NONE, NONE, false);
 }
 #endif
 #endif

@@ -49,15 +49,15 @@ SphereLightSample sphere_light_sample(vec3 p, vec3 center, float radius, vec2 u)
 #if IN_KERNEL
 // A sphere of the scene: centre light.a, radius light.b.x, row light.shape of `spheres`.
 LightSample sphere_light_connect(PathState s, LightRecord light, vec3 p, vec2 u) {
-    SphereLightSample q = sphere_light_sample(p, light.a, light.b.x, u);
+    SphereLightSample q = sphere_light_sample(s.from, light.a, light.b.x, u);
     MaterialRecord material = MaterialRecord_load_materials(light.material);
     SphereRecord sphere = SphereRecord_load_spheres(light.shape);
-    vec3 to_center = light.a - p;
-    bool is_front = sphere_light_is_outside(p, light.a, light.b.x);
+    vec3 to_center = light.a - s.from;
+    bool is_front = sphere_light_is_outside(s.from, light.a, light.b.x);
     SurfacePoint point = sphere_point_data(sphere, normalize(q.wi * q.distance - to_center));
     bool shines = is_front || (material.flags & MATERIAL_EMITS_TWO_SIDED) != 0u;
     Spectrum radiance = shines ? material_emission(material, point) : Spectrum(0.0);
-    return LightSample(q.wi, q.distance, q.pdf, radiance, sphere.primitive, NONE);
+    return LightSample(q.wi, q.distance, q.pdf, radiance, sphere.primitive, NONE, false);
 }
 
 float sphere_light_density(LightRecord light, vec3 p, vec3 wi, float distance, bool is_front) {

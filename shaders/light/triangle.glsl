@@ -151,13 +151,13 @@ TriangleLightSample triangle_light_sample(vec3 p, vec3 v0, vec3 v1, vec3 v2, vec
 #if IN_KERNEL
 // A triangle of the scene: light.a, b, c are its vertices, light.shape its face.
 LightSample triangle_light_connect(PathState s, LightRecord light, vec3 p, vec2 u) {
-    TriangleLightSample t = triangle_light_sample(p, light.a, light.b, light.c, u);
+    TriangleLightSample t = triangle_light_sample(s.from, light.a, light.b, light.c, u);
     MaterialRecord material = MaterialRecord_load_materials(light.material);
     SurfacePoint point = triangle_point_data(FaceRecord_load_faces(light.shape), t.b1, t.b2);
     bool is_front = dot(t.wi, triangle_normal(light.a, light.b, light.c)) < 0.0;
     bool shines = is_front || (material.flags & MATERIAL_EMITS_TWO_SIDED) != 0u;
     Spectrum radiance = shines ? material_emission(material, point) : Spectrum(0.0);
-    return LightSample(t.wi, t.distance, t.pdf, radiance, light.shape, NONE);
+    return LightSample(t.wi, t.distance, t.pdf, radiance, light.shape, NONE, false);
 }
 
 float triangle_light_density(LightRecord light, vec3 p, vec3 wi, float distance, bool is_front) {

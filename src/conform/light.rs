@@ -5,6 +5,7 @@
 
 mod chi_square;
 mod choose;
+mod lamp;
 mod sky;
 mod sphere;
 mod triangle;
@@ -18,7 +19,10 @@ pub use chi_square::rows;
 
 /// Gate 2 and 3.
 pub fn probes() -> Vec<Probe> {
-    [choose::probes(), triangle::probes(), sphere::probes(), sky::probes()].into_iter().flatten().collect()
+    [choose::probes(), triangle::probes(), sphere::probes(), sky::probes(), lamp::probes()]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 fn vector(x: &[f32]) -> DVec3 {

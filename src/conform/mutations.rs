@@ -17,7 +17,7 @@ use crate::integrator::{Estimator, Settings};
 use crate::prepare::Prepared;
 use crate::prepare::records::TEXTURE_SRGB;
 use crate::reference::known::{self, Known};
-use crate::reference::scenes;
+use crate::reference::scenes::{self, lights};
 use crate::scene::Scene;
 use crate::shader::compile::Edit;
 
@@ -97,7 +97,7 @@ const MUTATIONS: &[Mutation] = &[
     },
     Mutation {
         name: "the probability of the chosen light is left out",
-        fault: text("integrator/emission.glsl", "r.pdf *= light_pmf(p, n, index);", ""),
+        fault: text("integrator/emission.glsl", "r.pdf *= light_pmf(s.from, s.from_normal, index);", ""),
         caught_by: &[Replay(scenes::sphere_lamps), Image(scenes::sphere_lamps)],
     },
     Mutation {
@@ -143,6 +143,31 @@ const MUTATIONS: &[Mutation] = &[
         name: "sRGB texels are taken as linear",
         fault: Fault::Records(|p| p.textures.iter_mut().for_each(|t| t.flags &= !TEXTURE_SRGB)),
         caught_by: &[Image(scenes::textured)],
+    },
+    Mutation {
+        name: "a point lamp's light does not thin out with the square of the distance",
+        fault: text("light/inverse_square.glsl", "1.0 / (is_apart ? d2 : 1.0)", "1.0"),
+        caught_by: &[ClosedForm(known::lights::point_lamp), ClosedForm(known::lights::lumen_lamp)],
+    },
+    Mutation {
+        name: "a spot lights what is outside its cone",
+        fault: text("light/spot.glsl", "return x > 0.0 ? share : 0.0;", "return x > 0.0 ? 0.0 : share;"),
+        caught_by: &[ClosedForm(known::lights::spots_aside), ClosedForm(known::lights::spots)],
+    },
+    Mutation {
+        name: "a light without size shares its weight with the surface's sampling",
+        fault: text("integrator/scatter.glsl", "share = light.is_delta ? 1.0 : share;", ""),
+        caught_by: &[ClosedForm(known::lights::point_under_sky), Replay(lights::lamps), Image(lights::lamps)],
+    },
+    Mutation {
+        name: "a sun that a path runs into counts as if it were always the light chosen",
+        fault: text("light/sun.glsl", " * light_pmf(s.from, s.from_normal, row)", ""),
+        caught_by: &[Replay(lights::lamps)],
+    },
+    Mutation {
+        name: "a sun is half as wide as its record for the paths that run into it",
+        fault: text("light/sun.glsl", "0.5 * dot(chord, chord) <= h", "2.0 * dot(chord, chord) <= h"),
+        caught_by: &[ClosedForm(known::lights::wide_sun)],
     },
     Mutation {
         name: "the recorded probabilities of lights are not those of the table",

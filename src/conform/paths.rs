@@ -56,6 +56,9 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     }
     for scene in &scenes {
         for other in [Estimator::Bsdf, Estimator::Light] {
+            if other == Estimator::Bsdf && scene.has_delta_lights() {
+                continue;
+            }
             let row = move |s: &Subject| images::estimators(s, scene, other, scale.spp);
             list.push((Gate::Images, format!("estimators {} {other:?}", scene.name).to_lowercase(), Box::new(row)));
         }

@@ -9,13 +9,15 @@ pub mod alias;
 #[cfg(test)]
 mod independent;
 pub mod integrals;
+pub mod lamp;
 pub mod sky_table;
 
 use glam::DVec3;
 
 use crate::prepare::Prepared;
-use crate::prepare::records::LightRecord;
+use crate::prepare::records::{LightRecord, NONE};
 use crate::sampler::Purpose;
+use lamp::LampModel;
 
 /// A light as one point sees it; GLSL has the same struct (shaders/light/common.glsl).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,9 +26,9 @@ pub struct Connection {
     pub wi: DVec3,
     /// Infinite for what is infinitely far away.
     pub distance: f64,
-    /// W/(m2 sr).
+    /// W/(m2 sr); of a light without size the irradiance perpendicular to `wi`, W/m2.
     pub radiance: DVec3,
-    /// 1/sr, the choice of the light not included; 0 means no sample.
+    /// 1/sr, the choice of the light not included; 1 for a light without size; 0 means no sample.
     pub pdf: f64,
     /// The light's own primitive, which its shadow ray ignores, or NONE.
     pub primitive: u32,
@@ -52,13 +54,18 @@ pub trait Surroundings {
 /// `(light, p, wi, distance, is_front)` to 1/sr.
 pub type Density = fn(&LightRecord, DVec3, DVec3, f64, bool) -> f64;
 
+/// Gets radiance, row of `lights`, and the density of `connect` in 1/sr.
+pub type Arriving<'a> = dyn FnMut(DVec3, u32, f64) + 'a;
+
 /// How a path can run into a light by itself.
 #[derive(Clone, Copy, Debug)]
 pub enum Reach {
     /// On a surface of the scene; with the density of `connect` for a hit at this distance, on the front or back.
     Surface(Density),
-    /// Along a ray that leaves the scene.
-    Infinity,
+    /// Along a ray that leaves the scene, in this direction.
+    Infinity(fn(&Prepared, DVec3, &mut Arriving)),
+    /// Not at all: it has no size. Only light sampling finds it, and its samples count whole.
+    Nowhere,
 }
 
 /// What the program knows of a kind.
@@ -71,34 +78,76 @@ pub struct Kind {
     /// 1 in kernels that sample such a light.
     pub has_macro: &'static str,
     pub reach: Reach,
+    /// GLSL files that stand before its own, each once in a text.
+    pub shared: &'static [&'static str],
     /// Samples the light of this record from a point, by two numbers in [0, 1).
     pub connect: fn(&dyn Surroundings, &LightRecord, DVec3, [f64; 2]) -> Connection,
 }
 
-/// Declares the modules, `KINDS`, and each kind's number: its place in the list.
+impl Kind {
+    pub fn is_delta(&self) -> bool {
+        matches!(self.reach, Reach::Nowhere)
+    }
+}
+
+/// Declares the modules, `KINDS`, each kind's number (its place in the list), and `Lamp`, the sum of the lights that no surface
+/// carries: those with a type of parameters.
 macro_rules! light_list {
-    ($($stem:ident $constant:ident),* $(,)?) => {
+    ($($stem:ident $constant:ident),*; $($lamp:ident $lamp_constant:ident $type:ident),* $(,)?) => {
         $(pub mod $stem;)*
+        $(pub mod $lamp;)*
 
         /// Every kind, in list order.
-        pub const KINDS: &[Kind] = &[$(Kind {
+        pub const KINDS: &[Kind] = &[
+            $(light_list!(@kind $stem $constant, $stem::connect),)*
+            $(light_list!(@kind $lamp $lamp_constant, |_, light, p, u| $lamp::$type::from_record(light).connect(p, u)),)*
+        ];
+
+        #[allow(non_camel_case_types, reason = "an enum only to count the stems")]
+        enum Number { $($stem,)* $($lamp),* }
+        $(pub const $constant: u32 = Number::$stem as u32;)*
+        $(pub const $lamp_constant: u32 = Number::$lamp as u32;)*
+
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Lamp { $($type($lamp::$type)),* }
+
+        impl Lamp {
+            pub fn model(&self) -> &dyn LampModel {
+                match self { $(Self::$type(l) => l),* }
+            }
+            pub fn kind(&self) -> &'static Kind {
+                &KINDS[match self { $(Self::$type(_) => $lamp_constant),* } as usize]
+            }
+            /// Its row in coordinates rebased to `origin`, and its power for the choice among lights.
+            pub fn emitter(&self, origin: DVec3, scene_radius: f64) -> Emitter {
+                let kind = match self { $(Self::$type(_) => $lamp_constant),* };
+                let model = self.model();
+                let power = emitted_luminance(model.power(scene_radius));
+                let record = LightRecord { kind, material: NONE, shape: NONE, ..model.record(origin) };
+                Emitter { record, power, is_distant: model.is_distant() }
+            }
+        }
+    };
+    (@kind $stem:ident $constant:ident, $connect:expr) => {
+        Kind {
             keyword: stringify!($stem),
             constant: stringify!($constant),
             has_macro: concat!("HAS_", stringify!($constant)),
             reach: $stem::REACH,
-            connect: $stem::connect,
-        }),*];
-
-        #[allow(non_camel_case_types, reason = "an enum only to count the stems")]
-        enum Number { $($stem),* }
-        $(pub const $constant: u32 = Number::$stem as u32;)*
+            shared: $stem::SHARED,
+            connect: $connect,
+        }
     };
 }
 
 light_list! {
     triangle LIGHT_TRIANGLE,
     sphere LIGHT_SPHERE,
-    sky LIGHT_SKY,
+    sky LIGHT_SKY;
+    point LIGHT_POINT Point,
+    spot LIGHT_SPOT Spot,
+    directional LIGHT_DIRECTIONAL Directional,
+    sun LIGHT_SUN Sun,
 }
 
 /// Kind of a record; None for a number that no kind has.
@@ -112,6 +161,8 @@ pub struct Emitter {
     pub record: LightRecord,
     /// Luminance of the emitted flux, W; 0 for what cannot light anything, which gets no row.
     pub power: f64,
+    /// Infinitely far away.
+    pub is_distant: bool,
 }
 
 /// A light that emits must not lose its probability to underflow.

@@ -10,12 +10,13 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-use super::{Connection, Reach, Surroundings, alias};
+use super::{Arriving, Connection, Reach, Surroundings, alias};
 use crate::prepare::Prepared;
 use crate::prepare::records::{AliasRecord, LightRecord, NONE, SkyRecord, SkyTexelRecord};
 use crate::sampler::{SKY_FRACTION, SKY_INDEX};
 
-pub const REACH: Reach = Reach::Infinity;
+pub const REACH: Reach = Reach::Infinity(arriving);
+pub const SHARED: &[&str] = &[];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkySample {
@@ -36,6 +37,13 @@ pub struct SkyView<'a> {
 pub fn connect(world: &dyn Surroundings, _light: &LightRecord, _p: DVec3, u: [f64; 2]) -> Connection {
     let s = SkyView::of(world.prepared()).sample(world.word(SKY_INDEX), world.word(SKY_FRACTION), u);
     Connection { wi: s.wi, distance: f64::INFINITY, radiance: s.radiance, pdf: s.pdf, primitive: NONE }
+}
+
+fn arriving(p: &Prepared, direction: DVec3, visit: &mut Arriving) {
+    if p.has_sky {
+        let view = SkyView::of(p);
+        visit(view.radiance(direction), p.sky.light, view.pdf(direction));
+    }
 }
 
 impl<'a> SkyView<'a> {

@@ -13,6 +13,7 @@ use super::{Connection, Emitter, LIGHT_SPHERE, Place, Reach, Surroundings, emitt
 use crate::prepare::records::LightRecord;
 
 pub const REACH: Reach = Reach::Surface(density);
+pub const SHARED: &[&str] = &[];
 
 /// A point on the sphere as seen from `p`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,7 +97,7 @@ pub fn emitter(
     let sides = if two_sided { 2.0 } else { 1.0 };
     let b = [radius, 0.0, 0.0];
     let record = LightRecord { kind: LIGHT_SPHERE, a: center, b, material, shape: sphere, ..LightRecord::default() };
-    Emitter { record, power: if emits { kept_positive(sides * 4.0 * PI * PI * r * r * luminance, true) } else { 0.0 } }
+    Emitter { record, power: if emits { kept_positive(sides * 4.0 * PI * PI * r * r * luminance, true) } else { 0.0 }, is_distant: false }
 }
 
 pub fn connect(world: &dyn Surroundings, light: &LightRecord, p: DVec3, u: [f64; 2]) -> Connection {

@@ -13,6 +13,7 @@ use super::{Connection, Emitter, LIGHT_TRIANGLE, Place, Reach, Surroundings, emi
 use crate::prepare::records::LightRecord;
 
 pub const REACH: Reach = Reach::Surface(density);
+pub const SHARED: &[&str] = &[];
 
 /// Below, the vertices' directions differ in too few bits (the same limit as pbrt's).
 pub const SOLID_ANGLE_MIN: f64 = 3e-4;
@@ -114,7 +115,7 @@ pub fn emitter(v: [[f32; 3]; 3], face: u32, material: u32, mean_radiance: DVec3,
     let emits = area > 0.0 && area.is_finite() && luminance > 0.0;
     let sides = if two_sided { 2.0 } else { 1.0 };
     let record = LightRecord { kind: LIGHT_TRIANGLE, a: v[0], b: v[1], c: v[2], material, shape: face, ..LightRecord::default() };
-    Emitter { record, power: if emits { kept_positive(sides * PI * area * luminance, true) } else { 0.0 } }
+    Emitter { record, power: if emits { kept_positive(sides * PI * area * luminance, true) } else { 0.0 }, is_distant: false }
 }
 
 fn vertices(light: &LightRecord) -> [DVec3; 3] {

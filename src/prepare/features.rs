@@ -28,6 +28,8 @@ pub struct Features {
     pub sky_image: bool,
     /// Kinds of light that next-event estimation can choose, ascending numbers of `light::KINDS`.
     pub lights: Vec<usize>,
+    /// Suns, which rays that leave the scene see whether they are sampled or not.
+    pub suns: bool,
     pub smooth_normals: bool,
     pub tangents: bool,
     pub uvs: bool,
@@ -83,6 +85,7 @@ impl Features {
             sky: p.has_sky,
             sky_image: !p.sky_texels.is_empty(),
             lights,
+            suns: p.lights.iter().any(|l| l.kind == light::LIGHT_SUN),
             smooth_normals: !p.normals.is_empty(),
             tangents: has(MATERIAL_TANGENT) && !(p.tangents.is_empty() && p.spheres.is_empty() && p.discs.is_empty()),
             uvs: false,
@@ -125,6 +128,7 @@ impl Features {
             &mut self.spheres,
             &mut self.discs,
             &mut self.sky,
+            &mut self.suns,
             &mut self.smooth_normals,
             &mut self.tangents,
             &mut self.uvs,
@@ -195,7 +199,8 @@ impl Features {
 
     /// Kinds that a ray leaving the scene sees.
     pub fn backgrounds(&self) -> impl Iterator<Item = usize> {
-        self.sky.then_some(light::LIGHT_SKY as usize).into_iter()
+        let sky = self.sky.then_some(light::LIGHT_SKY as usize);
+        sky.into_iter().chain(self.suns.then_some(light::LIGHT_SUN as usize))
     }
 
     /// Every macro of the kernel's text, always 0 or 1.
@@ -215,6 +220,8 @@ impl Features {
             ("IN_KERNEL", true),
             ("NEXT_EVENT", self.next_event()),
             ("HAS_SURFACE_LIGHTS", self.surface_lights()),
+            ("HAS_SIZED_LIGHTS", self.lights.iter().any(|&k| !light::KINDS[k].is_delta())),
+            ("HAS_DELTA_LIGHTS", self.lights.iter().any(|&k| light::KINDS[k].is_delta())),
             ("ESTIMATOR_MIS", self.estimator == Estimator::Mis),
             ("ESTIMATOR_LIGHT", self.estimator == Estimator::Light),
             ("HAS_NORMALS", self.smooth_normals),

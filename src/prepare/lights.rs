@@ -1,21 +1,23 @@
 //! The light tables: every emitter and the sky, chosen in proportion to power, and the cells of the sky.
 //!
 //! Each kind says its own power (src/light); here the sky's: pi R^2 times the integral of L, R the radius of the scene's bounding
-//! sphere, but not more than all others together. L is luminance. What emits nothing gets no row; what emits keeps a positive
+//! sphere. Lights infinitely far away count for not more than the others together. L is luminance. What emits nothing gets no row; what emits keeps a positive
 //! probability, however small its power. Tests: lights_tests.rs.
 
 use std::f64::consts::PI;
 
+use glam::DVec3;
+
 use crate::light::{Emitter, LIGHT_SKY, alias::AliasTable, kept_positive, sky_table};
 use crate::prepare::records::*;
-use crate::scene;
+use crate::scene::{self, Scene};
 
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LightInput<'a> {
     pub emitters: &'a [Emitter],
     /// The sky and `Scene::images`.
     pub sky: Option<(&'a scene::Sky, &'a [scene::Image])>,
-    /// Radius of the bounding sphere of the scene, metres; 1 is taken where it is 0 or not finite.
+    /// Radius of the bounding sphere of the scene, metres, above 0.
     pub scene_radius: f64,
     /// MIS compensation of the sky's table: with the estimator `mis` only, for light sampling alone would be biased by it.
     pub compensate: bool,
@@ -37,6 +39,10 @@ pub struct LightTables {
 
 #[derive(Debug, thiserror::Error)]
 pub enum LightError {
+    #[error(
+        "the light '{name}' is too bright, too far or not finite: as f32 it reads {record}; choose other units or move it"
+    )]
+    Range { name: String, record: String },
     #[error("sky: image {index} does not exist, the scene has {count}")]
     NoImage { index: usize, count: usize },
     #[error(
@@ -54,20 +60,22 @@ impl From<LightError> for crate::error::Error {
 pub fn build(input: &LightInput) -> Result<LightTables, LightError> {
     let mut tables = LightTables { sky: black_sky(), ..LightTables::default() };
     let mut powers = Vec::new();
+    let is_power = |p: f64| if p > 0.0 { p } else { 0.0 };
+    // What is infinitely far away counts for not more than all the others together: its power grows with the square of the scene,
+    // and over a wide floor a lamp would be chosen once in a thousand although it lights what is near it as much as the sky does.
+    let near: f64 = input.emitters.iter().filter(|e| !e.is_distant).map(|e| is_power(e.power)).sum();
+    let limited = |power: f64| if near > 0.0 { power.min(near) } else { power };
     for emitter in input.emitters {
-        let row = add_light(&mut tables.lights, &mut powers, emitter);
+        let power = if emitter.is_distant { limited(emitter.power) } else { emitter.power };
+        let row = add_light(&mut tables.lights, &mut powers, &Emitter { power, ..*emitter });
         tables.rows.push(row);
     }
     if let Some((sky, images)) = input.sky {
         let integral = add_sky(&mut tables, sky, images, input.compensate)?;
-        let radius = if input.scene_radius > 0.0 && input.scene_radius.is_finite() { input.scene_radius } else { 1.0 };
-        let power = kept_positive(PI * radius * radius * integral, integral > 0.0);
-        // Not more than all the others together: its power grows with the square of the scene, and over a wide floor a lamp
-        // would be chosen once in a thousand although it lights what is near it as much as the sky does.
-        let others: f64 = powers.iter().sum();
-        let power = if others > 0.0 { power.min(others) } else { power };
+        let radius = input.scene_radius;
+        let power = limited(kept_positive(PI * radius * radius * integral, integral > 0.0));
         let record = LightRecord { kind: LIGHT_SKY, material: NONE, shape: NONE, ..LightRecord::default() };
-        tables.sky.light = add_light(&mut tables.lights, &mut powers, &Emitter { record, power });
+        tables.sky.light = add_light(&mut tables.lights, &mut powers, &Emitter { record, power, is_distant: true });
     }
     if let Some(table) = AliasTable::new(&powers) {
         for (light, &pmf) in tables.lights.iter_mut().zip(&table.pmf) {
@@ -76,6 +84,27 @@ pub fn build(input: &LightInput) -> Result<LightTables, LightError> {
         tables.light_alias = table.records();
     }
     Ok(tables)
+}
+
+/// The lights of the scene that no surface carries. One without power is noted; `build` gives it no row.
+pub fn lamps(scene: &Scene, origin: DVec3, radius: f64, notes: &mut Vec<String>) -> Result<Vec<Emitter>, LightError> {
+    let mut emitters = Vec::new();
+    for light in &scene.lights {
+        let mut emitter = light.lamp.emitter(origin, radius);
+        let LightRecord { a, b, c, falloff, .. } = emitter.record;
+        if [a, b, c, falloff].iter().flatten().any(|x| !x.is_finite()) || !emitter.power.is_finite() {
+            let record = format!("{a:?}, {b:?}, {c:?}, {falloff:?}");
+            return Err(LightError::Range { name: light.name.clone(), record });
+        }
+        if c.iter().all(|x| *x <= 0.0) {
+            notes.push(format!("the light '{}' has no power and was left out", light.name));
+            emitter.power = 0.0;
+        } else {
+            emitter.power = kept_positive(emitter.power, true);
+        }
+        emitters.push(emitter);
+    }
+    Ok(emitters)
 }
 
 /// Row of the new light, or NONE when it has no power.

@@ -163,6 +163,12 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
     (p.sensor_elements, p.sensor_alias) = (elements.records, elements.alias);
     p.camera.medium = materials::camera_medium(&p);
     attach_lights(&mut p, scene, &resolved.emission, settings.estimator == Estimator::Mis)?;
+    if settings.estimator == Estimator::Bsdf {
+        let count = p.lights.iter().filter(|l| light::kind(l).is_some_and(light::Kind::is_delta)).count();
+        if count > 0 {
+            p.notes.push(format!("the estimator bsdf cannot find {count} lights without size; use mis or light"));
+        }
+    }
     Ok(p)
 }
 
@@ -185,14 +191,20 @@ fn attach_lights(p: &mut Prepared, scene: &Scene, emission: &[DVec3], compensate
         let (row, radiance) = (i as u32, emission[material as usize]);
         light::sphere::emitter(center, radius, row, material, radiance, is_two_sided(material))
     });
-    let emitters: Vec<light::Emitter> = triangles.chain(spheres).collect();
+    let radius = p.bounding_radius();
+    let lamps = lights::lamps(scene, p.origin, radius, &mut p.notes)?;
+    // Suns first, for rays that leave the scene look through them all.
+    let (suns, lamps): (Vec<_>, Vec<_>) = lamps.into_iter().partition(|e| e.record.kind == light::LIGHT_SUN);
+    let first = suns.len();
+    let emitters: Vec<light::Emitter> = suns.into_iter().chain(triangles).chain(spheres).chain(lamps).collect();
     let tables = lights::build(&lights::LightInput {
         emitters: &emitters,
         sky: scene.sky.as_ref().map(|s| (s, scene.images.as_slice())),
-        scene_radius: p.bounding_radius(),
+        scene_radius: radius,
         compensate,
     })?;
-    let (triangle_lights, sphere_lights) = tables.rows.split_at(triangle_rows.len());
+    let (triangle_lights, others) = tables.rows[first..].split_at(triangle_rows.len());
+    let sphere_lights = &others[..sphere_rows.len()];
     for (&row, &light) in triangle_rows.iter().zip(triangle_lights) {
         p.triangles[row].light = light;
     }
@@ -210,7 +222,7 @@ fn attach_lights(p: &mut Prepared, scene: &Scene, emission: &[DVec3], compensate
 }
 
 impl Prepared {
-    /// Radius of a sphere about the box of all primitives, metres.
+    /// Radius of a sphere about the box of all primitives, metres; 1 where there is none.
     pub fn bounding_radius(&self) -> f64 {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut add = |v: [f32; 3], r: f32| {
@@ -227,7 +239,8 @@ impl Prepared {
         for d in &self.discs {
             add(d.center, d.radius);
         }
-        if low.x <= high.x { 0.5 * (high - low).length() } else { 0.0 }
+        let radius = 0.5 * (high - low).length();
+        if low.x <= high.x && radius > 0.0 && radius.is_finite() { radius } else { 1.0 }
     }
 }
 

@@ -188,22 +188,24 @@ pub const TEXTURE_HALF: u32 = 64;
 
 gpu_record! {
     /// One light. Triangles and spheres copy their geometry, so that sampling reads one record. Front is counter-clockwise, outside.
+    /// Suns come first in the table. What a kind without surface keeps where is said in its file under src/light.
     pub struct LightRecord {
-        /// Triangle: vertex 0. Sphere: centre.
+        /// Triangle: vertex 0. Sphere: centre. Point, spot: position. Sun: 1 - cos of its half angle in x.
         a: [f32; 3],
         /// Place in `light::KINDS`.
         kind: u32,
-        /// Triangle: vertex 1. Sphere: radius in x.
+        /// Triangle: vertex 1. Sphere: radius in x. Spot: axis. Directional, sun: towards it.
         b: [f32; 3],
-        /// Row of `materials` (emission), NONE for the sky.
+        /// Row of `materials` (emission), or NONE.
         material: u32,
-        /// Triangle: vertex 2.
+        /// Triangle: vertex 2. Point, spot: intensity, W/sr. Directional: irradiance, W/m2. Sun: radiance.
         c: [f32; 3],
         /// Face number, or row of `spheres`.
         shape: u32,
         /// Probability of being chosen, exactly that of the integer alias table.
         pmf: f32,
-        reserved: [u32; 3],
+        /// Spot: scale, offset and exponent.
+        falloff: [f32; 3],
     }
 }
 

@@ -3,6 +3,8 @@
 //! Each builder returns a scene whose image is the answer in every pixel, so that the mean of the image is the test. The
 //! camera is a narrow cone (2 mrad), so that the answer at its axis holds to 1e-6 where it depends on the point.
 
+pub mod lights;
+
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -256,7 +258,7 @@ pub fn lamp_in_glass() -> Known {
 
 /// All of them.
 pub fn all() -> Vec<Known> {
-    vec![
+    let mut all = vec![
         furnace_sphere(),
         uniform_sky(),
         sphere_lamp(),
@@ -267,5 +269,7 @@ pub fn all() -> Vec<Known> {
         mirror_ball(),
         absorbing_slab(),
         lamp_in_glass(),
-    ]
+    ];
+    all.extend(lights::all());
+    all
 }

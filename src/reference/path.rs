@@ -43,6 +43,8 @@ pub struct LightSample {
     pub radiance: DVec3,
     /// Probability of the light times the solid-angle density of the direction, 1/sr.
     pub density: f64,
+    /// The light has no size: `density` is the probability of the light, `radiance` the irradiance perpendicular to `direction`.
+    pub is_delta: bool,
     /// The light's own primitive, which its shadow ray ignores; NONE for the sky.
     pub primitive: u32,
 }
@@ -252,7 +254,7 @@ pub fn trace<W: World>(
                 sample.rays += 1;
                 if !is_blocked(world, random, &shadow, light.distance, vertex) {
                     let w = match settings.estimator {
-                        Estimator::Mis => power_heuristic(light.density, bsdf.pdf(wo, wi)),
+                        Estimator::Mis if !light.is_delta => power_heuristic(light.density, bsdf.pdf(wo, wi)),
                         _ => 1.0,
                     };
                     let medium = beyond(light.direction);

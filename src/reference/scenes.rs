@@ -2,6 +2,8 @@
 //!
 //! Each needs features that the others lack, so that a fault names its place.
 
+pub mod lights;
+
 use std::f64::consts::PI;
 
 use glam::{DAffine3, DQuat, DVec3};
@@ -247,5 +249,13 @@ pub fn discs(size: u32) -> Scene {
 
 /// All of them at a size.
 pub fn all(size: u32) -> Vec<Scene> {
-    vec![cornell(size), sphere_lamps(size), alpha_sheets(size), textured(size), materials(size)]
+    vec![
+        cornell(size),
+        sphere_lamps(size),
+        alpha_sheets(size),
+        textured(size),
+        materials(size),
+        lights::lamps(size),
+        lights::glowing(size),
+    ]
 }

@@ -99,9 +99,13 @@ pub fn frame_camera_from(scene: &mut Scene, azimuth: f64, elevation: f64) {
     scene.camera.is_placed = true;
 }
 
-/// Gives a scene without sky and without any emitting surface a uniform sky of radiance 1, and notes it.
+/// Gives a scene without sky, lamp and emitting surface a uniform sky of radiance 1, and notes it.
 pub fn ensure_light(scene: &mut Scene) {
-    if scene.sky.is_none() && !scene.instances.iter().any(|i| emits(&scene.materials[i.material].emission)) {
+    let shines = |light: &super::Light| light.lamp.model().power(1.0).max_element() > 0.0;
+    if scene.sky.is_none()
+        && !scene.lights.iter().any(shines)
+        && !scene.instances.iter().any(|i| emits(&scene.materials[i.material].emission))
+    {
         scene.sky = Some(Sky { radiance: SkyRadiance::Uniform(DVec3::ONE), rotation_rad: 0.0, scale: 1.0 });
         scene.notes.push("no light in the scene: a uniform sky of radiance 1 W/(m2 sr) was added".into());
     }

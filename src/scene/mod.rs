@@ -35,8 +35,17 @@ pub struct Scene {
     pub sky: Option<Sky>,
     /// Names of the material variants its file offers.
     pub variants: Vec<String>,
+    /// Lights that no surface carries.
+    pub lights: Vec<Light>,
     /// What was reported and left out while reading (unsupported optional extensions, skipped primitives, degenerate input).
     pub notes: Vec<String>,
+}
+
+impl Scene {
+    /// Some light has no size: the estimator `bsdf` cannot find it.
+    pub fn has_delta_lights(&self) -> bool {
+        self.lights.iter().any(|l| l.lamp.kind().is_delta())
+    }
 }
 
 /// `to_world` maps camera space (x right, y up, looking along -z) to world.
@@ -293,7 +302,15 @@ pub enum Shape {
     Rectangle,
 }
 
-/// Light from infinitely far away.
+/// A light without a surface.
+#[derive(Clone, Debug)]
+pub struct Light {
+    /// For messages.
+    pub name: String,
+    pub lamp: crate::light::Lamp,
+}
+
+/// Light from infinitely far away, all around.
 #[derive(Clone, Debug)]
 pub struct Sky {
     pub radiance: SkyRadiance,

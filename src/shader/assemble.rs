@@ -7,6 +7,7 @@ use crate::camera;
 use crate::film::slot;
 use crate::gpu::{DeviceInfo, GpuError, TableBody};
 use crate::integrator::{SamplerKind, Settings};
+use crate::light;
 use crate::prepare::Prepared;
 use crate::prepare::features::Features;
 use crate::shader::compile::Source;
@@ -24,7 +25,7 @@ pub struct Program {
 }
 
 /// Numbers fixed for a render. The id is the place in the list.
-const CONSTANTS: [&str; 5] = ["WIDTH", "MAX_DEPTH", "ROULETTE_EDGE", "LIGHT_COUNT", "ELEMENT_COUNT"];
+const CONSTANTS: [&str; 6] = ["WIDTH", "MAX_DEPTH", "ROULETTE_EDGE", "LIGHT_COUNT", "ELEMENT_COUNT", "SUN_COUNT"];
 
 /// Invocations a workgroup; on lavapipe 8 to 256 made no difference above noise.
 pub const WORKGROUP: u32 = 64;
@@ -106,8 +107,15 @@ pub fn light_includes(f: &Features) -> Vec<String> {
     let is_needed = |stem: &&str| f.next_event() || (*stem == "alias" && f.sensor_elements());
     let shared = ["alias", "choose"].into_iter().filter(is_needed);
     let common = ["common"].into_iter().filter(|_| f.next_event() || f.emission || f.backgrounds().next().is_some());
-    let stems = shared.chain(common).chain(f.light_texts().map(|k| k.keyword));
-    stems.map(|stem| format!("light/{stem}")).collect()
+    let mut list: Vec<String> = shared.chain(common).map(|stem| format!("light/{stem}")).collect();
+    for kind in f.light_texts() {
+        for stem in kind.shared.iter().map(|s| (*s).to_owned()).chain([format!("light/{}", kind.keyword)]) {
+            if !list.contains(&stem) {
+                list.push(stem);
+            }
+        }
+    }
+    list
 }
 
 /// The whole text. `table_rows` gives the size of each needed table, for the choice of its body.
@@ -152,7 +160,8 @@ pub fn assemble(
     }
     let (edges, roulette_edge) = (settings.edges(), settings.first_roulette_edge());
     let (lights, elements) = (prepared.lights.len() as u32, prepared.sensor_elements.len() as u32);
-    let values = [prepared.width, edges, roulette_edge, lights, elements];
+    let suns = prepared.lights.iter().filter(|l| l.kind == light::LIGHT_SUN).count() as u32;
+    let values = [prepared.width, edges, roulette_edge, lights, elements, suns];
     Ok(Program { source, tables, constants: (0..).zip(values).collect() })
 }
 

@@ -56,7 +56,7 @@ pub const TABLES: &[TableEntry] = &[
     table!("material_data", |_| true, |p| p.material_data.clone()),
     table!("textures", TextureRecord, |f| f.image_textures, |p| rows_of(&p.textures)),
     table!("texels", |f| f.image_textures, |p| p.texels.clone()),
-    table!("lights", LightRecord, |f| f.next_event(), |p| rows_of(&p.lights)),
+    table!("lights", LightRecord, |f| f.next_event() || f.suns, |p| rows_of(&p.lights)),
     table!("light_alias", |f| f.next_event(), |p| rows_of(&p.light_alias)),
     table!("sky", SkyRecord, |f| f.sky, |p| rows_of(&[p.sky])),
     table!("sky_texels", SkyTexelRecord, |f| f.sky && f.sky_image, |p| rows_of(&p.sky_texels)),

@@ -37,7 +37,7 @@ fn unit(r: &mut Inputs) -> f32 {
 }
 
 pub fn rows(device: &Device, filter: &str, count: usize) -> Vec<GateRow> {
-    let rows: Vec<Row> = triangles().into_iter().chain(spheres()).chain([sky_cells()]).collect();
+    let rows: Vec<Row> = triangles().into_iter().chain(spheres()).chain(suns()).chain([sky_cells()]).collect();
     let level = sidak(LEVEL, rows.len());
     rows.iter().filter(|r| is_wanted(Gate::Scattering, &r.name, filter)).map(|r| run(r, device, count, level)).collect()
 }
@@ -140,7 +140,28 @@ fn sphere_row(name: &str, center: DVec3, radius: f64) -> Row {
     );
     let probe = Probe::judged(name, &glsl, 4, |r| [unit(r), unit(r)], |_, _| 0.0).files(&sphere::FILES);
     let solid_angle = light::sphere::solid_angle(DVec3::ZERO, center.as_dvec3(), radius.into());
-    let axis = center.as_dvec3().normalize();
+    cone_row(format!("light sphere {name}"), probe, center.as_dvec3().normalize(), solid_angle)
+}
+
+/// Suns of half angles from 1e-3 rad to a hemisphere.
+fn suns() -> Vec<Row> {
+    let row = |(name, half_angle): (&str, f64)| {
+        let (axis, h) = (DVec3::new(0.48, -0.64, 0.6).as_vec3(), light::spot::one_minus_cos(half_angle) as f32);
+        let glsl = format!(
+            "vec3 wi = sun_direction(vec3({:?}, {:?}, {:?}), {h:?}, vec2(x0, x1)); y0 = wi.x; y1 = wi.y; y2 = wi.z; \
+             y3 = uniform_cone_pdf({h:?});",
+            axis.x, axis.y, axis.z
+        );
+        let probe = Probe::judged(name, &glsl, 4, |r| [unit(r), unit(r)], |_, _| 0.0)
+            .files(&["light/sun.glsl"])
+            .define("HAS_LIGHT_SUN", 0);
+        cone_row(format!("light sun {name}"), probe, axis.as_dvec3().normalize(), TAU * f64::from(h))
+    };
+    [("small", 1e-3), ("of the sky", 4.65e-3), ("half the sky", 0.5 * PI)].map(row).into()
+}
+
+/// Uniform in the cone about `axis`: 8 x 8 cells, equal in height and in turn.
+fn cone_row(name: String, probe: Probe, axis: DVec3, solid_angle: f64) -> Row {
     let (t, b) = axis.any_orthonormal_pair();
     let cell = Box::new(move |y: &[f32]| {
         let wi = vector(y).normalize();
@@ -150,7 +171,7 @@ fn sphere_row(name: &str, center: DVec3, radius: f64) -> Row {
         let ring = (8.0 * height * TAU / solid_angle) as usize;
         ring.min(7) * 8 + ((8.0 * (0.5 + y.atan2(x) / TAU)) as usize).min(7)
     });
-    Row { name: format!("light sphere {name}"), probe, cell, shares: vec![1.0 / 64.0; 64], pdf_at: 3, solid_angle }
+    Row { name, probe, cell, shares: vec![1.0 / 64.0; 64], pdf_at: 3, solid_angle }
 }
 
 /// Four parts of each cell of the image, equal in solid angle.

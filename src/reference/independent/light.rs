@@ -9,18 +9,25 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::{Independent, rgb, value};
+use crate::light::Lamp;
+use crate::prepare::records::NONE;
 use crate::reference::path::{LightSample, Random, luminance};
 use crate::reference::tree::{Hit, Ray, Shape};
 use crate::sampler;
 use crate::scene::{Image, Pixels, SkyRadiance};
 
-/// Share of light samples that go to the sky when there are emitters too.
+/// Share of light samples that go to the sky when there are other lights too.
 const SKY_SHARE: f64 = 0.5;
+/// Share of the rest that goes to lamps, each alike, when there are emitting surfaces too.
+const LAMP_SHARE: f64 = 0.5;
 
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     pub sky: Sky,
     sky_share: f64,
+    /// Of all samples.
+    lamp_share: f64,
+    lamps: Vec<Lamp>,
     /// Primitive numbers, and the cumulative probability up to and including each.
     emitters: Vec<(u32, f64)>,
     /// By primitive: probability among the emitters; empty when there are none.
@@ -31,6 +38,7 @@ impl Lights {
     pub fn of(world: &Independent) -> Self {
         let weights: Vec<f64> = (0..world.primitives.len() as u32).map(|p| emitted(world, p)).collect();
         let total: f64 = weights.iter().sum();
+        let lamps: Vec<Lamp> = world.scene.lights.iter().map(|l| l.lamp).collect();
         let mut lights = Self { sky: Sky::of(world), ..Self::default() };
         if total > 0.0 {
             let mut sum = 0.0;
@@ -40,16 +48,32 @@ impl Lights {
             }
             lights.probability = weights.iter().map(|w| w / total).collect();
         }
-        lights.sky_share = match (lights.sky.has_light(), total > 0.0) {
+        lights.sky_share = match (lights.sky.has_light(), total > 0.0 || !lamps.is_empty()) {
             (true, true) => SKY_SHARE,
             (true, false) => 1.0,
             _ => 0.0,
         };
+        let share = match (lamps.is_empty(), total > 0.0) {
+            (true, _) => 0.0,
+            (false, true) => LAMP_SHARE,
+            (false, false) => 1.0,
+        };
+        (lights.lamp_share, lights.lamps) = (share * (1.0 - lights.sky_share), lamps);
         lights
     }
 
     pub fn sky_density(&self, direction: DVec3) -> f64 {
         self.sky_share * self.sky.density(direction)
+    }
+
+    /// Suns seen in this direction: radiance and density.
+    pub fn suns(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64)) {
+        for lamp in &self.lamps {
+            let (radiance, density) = lamp.model().arriving(direction);
+            if radiance != DVec3::ZERO {
+                visit(radiance, density * self.lamp_share / self.lamps.len() as f64);
+            }
+        }
     }
 
     pub fn emitter_density(&self, world: &Independent, ray: &Ray, hit: &Hit) -> f64 {
@@ -60,19 +84,35 @@ impl Lights {
         if cosine == 0.0 || is_far_side(shape, ray.origin, cosine) {
             return 0.0;
         }
-        (1.0 - self.sky_share) * probability * hit.t * hit.t / (area(shape) * cosine.abs())
+        (1.0 - self.sky_share - self.lamp_share) * probability * hit.t * hit.t / (area(shape) * cosine.abs())
     }
 
     pub fn sample<R: Random>(&self, world: &Independent, from: DVec3, random: &R, vertex: u32) -> Option<LightSample> {
         let u = [random.unit(vertex, sampler::LIGHT_U), random.unit(vertex, sampler::LIGHT_V)];
-        if random.unit(vertex, sampler::LIGHT_INDEX) < self.sky_share {
+        let which = random.unit(vertex, sampler::LIGHT_INDEX);
+        if which < self.sky_share {
             let direction = self.sky.sample(random.unit(vertex, sampler::SKY_INDEX), u)?;
             return Some(LightSample {
                 direction,
                 distance: f64::INFINITY,
                 radiance: self.sky.radiance(direction),
                 density: self.sky_density(direction),
-                primitive: crate::prepare::records::NONE,
+                is_delta: false,
+                primitive: NONE,
+            });
+        }
+        if which < self.sky_share + self.lamp_share {
+            let count = self.lamps.len();
+            let lamp =
+                self.lamps[((random.unit(vertex, sampler::LIGHT_FRACTION) * count as f64) as usize).min(count - 1)];
+            let c = lamp.model().connect(from, u);
+            return Some(LightSample {
+                direction: c.wi,
+                distance: c.distance,
+                radiance: c.radiance,
+                density: c.pdf * self.lamp_share / count as f64,
+                is_delta: lamp.kind().is_delta(),
+                primitive: NONE,
             });
         }
         let choice = random.unit(vertex, sampler::LIGHT_FRACTION);
@@ -93,7 +133,8 @@ impl Lights {
         let radiance = world.emission(material, &point, direction) * world.alpha(material, &point);
         let hit = Hit { t: distance, primitive, barycentric, is_far: false };
         let ray = Ray { origin: from, direction, leaves: primitive, ignores: primitive };
-        Some(LightSample { direction, distance, radiance, density: self.emitter_density(world, &ray, &hit), primitive })
+        let density = self.emitter_density(world, &ray, &hit);
+        Some(LightSample { direction, distance, radiance, density, is_delta: false, primitive })
     }
 }
 

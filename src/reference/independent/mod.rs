@@ -318,6 +318,7 @@ impl World for Independent<'_> {
         if radiance != DVec3::ZERO {
             visit(radiance, self.lights.sky_density(direction));
         }
+        self.lights.suns(direction, visit);
     }
 
     fn emitter_density(&self, ray: &Ray, hit: &Hit) -> f64 {

@@ -18,7 +18,7 @@ use crate::bsdf::{InputKind, MODELS, Params};
 use crate::camera::{self, Start, View};
 use crate::film::filter;
 use crate::integrator::{Estimator, SamplerKind, Settings};
-use crate::light::{self, Place, Reach, alias, sky::SkyView};
+use crate::light::{self, Place, Reach, alias};
 use crate::prepare::Prepared;
 use crate::prepare::records::*;
 use crate::sampler::{self, Purpose};
@@ -296,11 +296,12 @@ impl World for Replay {
     }
 
     fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64)) {
-        let p = &self.prepared;
-        if p.has_sky {
-            let view = SkyView::of(p);
-            let density = if p.sky.light == NONE { 0.0 } else { self.pmf(p.sky.light) * view.pdf(direction) };
-            visit(view.radiance(direction), density);
+        for kind in light::KINDS {
+            if let Reach::Infinity(arriving) = kind.reach {
+                arriving(&self.prepared, direction, &mut |radiance, row, density| {
+                    visit(radiance, self.pmf(row) * density);
+                });
+            }
         }
     }
 
@@ -328,13 +329,15 @@ impl World for Replay {
             alias::choose_record(&p.light_alias, count, word(sampler::LIGHT_INDEX), word(sampler::LIGHT_FRACTION));
         let record = &p.lights[index as usize];
         let u = [random.unit(vertex, sampler::LIGHT_U), random.unit(vertex, sampler::LIGHT_V)];
-        let c = (light::kind(record)?.connect)(&Vertex { world: self, random, vertex }, record, point, u);
+        let kind = light::kind(record)?;
+        let c = (kind.connect)(&Vertex { world: self, random, vertex }, record, point, u);
         let density = self.pmf(index) * c.pdf;
         let sample = LightSample {
             direction: c.wi,
             distance: c.distance,
             radiance: c.radiance,
             density,
+            is_delta: kind.is_delta(),
             primitive: c.primitive,
         };
         (density > 0.0).then_some(sample)
