@@ -5,6 +5,7 @@
 
 mod chi_square;
 mod choose;
+mod disc;
 mod lamp;
 mod sky;
 mod sphere;
@@ -19,7 +20,7 @@ pub use chi_square::rows;
 
 /// Gate 2 and 3.
 pub fn probes() -> Vec<Probe> {
-    [choose::probes(), triangle::probes(), sphere::probes(), sky::probes(), lamp::probes()]
+    [choose::probes(), triangle::probes(), sphere::probes(), disc::probes(), sky::probes(), lamp::probes()]
         .into_iter()
         .flatten()
         .collect()

@@ -41,6 +41,8 @@ pub enum Place {
     Face(u32, [f64; 2]),
     /// Row of `Prepared::spheres` and the outward normal.
     Sphere(u32, DVec3),
+    /// Row of `Prepared::discs` and the point.
+    Disc(u32, DVec3),
 }
 
 /// The records around a light, and the random words of the path that samples it.
@@ -143,6 +145,7 @@ macro_rules! light_list {
 light_list! {
     triangle LIGHT_TRIANGLE,
     sphere LIGHT_SPHERE,
+    disc LIGHT_DISC,
     sky LIGHT_SKY;
     point LIGHT_POINT Point,
     spot LIGHT_SPOT Spot,

@@ -191,12 +191,18 @@ fn attach_lights(p: &mut Prepared, scene: &Scene, emission: &[DVec3], compensate
         let (row, radiance) = (i as u32, emission[material as usize]);
         light::sphere::emitter(center, radius, row, material, radiance, is_two_sided(material))
     });
+    let disc_rows: Vec<usize> = (0..p.discs.len()).filter(|&i| shines(p.discs[i].material)).collect();
+    let discs = disc_rows.iter().map(|&i| {
+        let material = p.discs[i].material;
+        light::disc::emitter(&p.discs[i], i as u32, emission[material as usize], is_two_sided(material))
+    });
     let radius = p.bounding_radius();
     let lamps = lights::lamps(scene, p.origin, radius, &mut p.notes)?;
     // Suns first, for rays that leave the scene look through them all.
     let (suns, lamps): (Vec<_>, Vec<_>) = lamps.into_iter().partition(|e| e.record.kind == light::LIGHT_SUN);
     let first = suns.len();
-    let emitters: Vec<light::Emitter> = suns.into_iter().chain(triangles).chain(spheres).chain(lamps).collect();
+    let emitters: Vec<light::Emitter> =
+        suns.into_iter().chain(triangles).chain(spheres).chain(discs).chain(lamps).collect();
     let tables = lights::build(&lights::LightInput {
         emitters: &emitters,
         sky: scene.sky.as_ref().map(|s| (s, scene.images.as_slice())),
@@ -204,12 +210,16 @@ fn attach_lights(p: &mut Prepared, scene: &Scene, emission: &[DVec3], compensate
         compensate,
     })?;
     let (triangle_lights, others) = tables.rows[first..].split_at(triangle_rows.len());
-    let sphere_lights = &others[..sphere_rows.len()];
+    let (sphere_lights, others) = others.split_at(sphere_rows.len());
+    let disc_lights = &others[..disc_rows.len()];
     for (&row, &light) in triangle_rows.iter().zip(triangle_lights) {
         p.triangles[row].light = light;
     }
     for (&row, &light) in sphere_rows.iter().zip(sphere_lights) {
         p.spheres[row].light = light;
+    }
+    for (&row, &light) in disc_rows.iter().zip(disc_lights) {
+        p.discs[row].light = light;
     }
     p.has_sky = tables.sky.light != NONE;
     p.lights = tables.lights;

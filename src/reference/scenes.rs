@@ -244,6 +244,9 @@ pub fn discs(size: u32) -> Scene {
     let down = DVec3::new(0.1, -1.0, 0.2).normalize();
     let center = DVec3::new(0.2, 2.2, 0.4);
     place(&mut s, "lamp", Shape::Disc, plate(center, down, 0.35), lamp(DVec3::new(9.0, 8.0, 6.0)));
+    let mut small = lamp(DVec3::new(20.0, 30.0, 40.0));
+    small.emission_two_sided = true;
+    place(&mut s, "small lamp", Shape::Disc, plate(DVec3::new(-0.3, 0.9, 0.5), DVec3::X, 0.06), small);
     s
 }
 
@@ -255,6 +258,7 @@ pub fn all(size: u32) -> Vec<Scene> {
         alpha_sheets(size),
         textured(size),
         materials(size),
+        discs(size),
         lights::lamps(size),
         lights::glowing(size),
     ]

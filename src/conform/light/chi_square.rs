@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::super::inputs::Inputs;
 use super::super::probe::Probe;
 use super::super::report::{Gate, GateRow, is_wanted};
-use super::{sky, sphere, triangle, vector};
+use super::{disc, sky, sphere, triangle, vector};
 use crate::gpu::Device;
 use crate::light::{self, sky_table::cell_solid_angle};
 use crate::metric::stats::{Moments, chi_square_test, sidak};
@@ -37,7 +37,8 @@ fn unit(r: &mut Inputs) -> f32 {
 }
 
 pub fn rows(device: &Device, filter: &str, count: usize) -> Vec<GateRow> {
-    let rows: Vec<Row> = triangles().into_iter().chain(spheres()).chain(suns()).chain([sky_cells()]).collect();
+    let rows: Vec<Row> =
+        triangles().into_iter().chain(spheres()).chain(discs()).chain(suns()).chain([sky_cells()]).collect();
     let level = sidak(LEVEL, rows.len());
     rows.iter().filter(|r| is_wanted(Gate::Scattering, &r.name, filter)).map(|r| run(r, device, count, level)).collect()
 }
@@ -172,6 +173,33 @@ fn cone_row(name: String, probe: Probe, axis: DVec3, solid_angle: f64) -> Row {
         ring.min(7) * 8 + ((8.0 * (0.5 + y.atan2(x) / TAU)) as usize).min(7)
     });
     Row { name, probe, cell, shares: vec![1.0 / 64.0; 64], pdf_at: 3, solid_angle }
+}
+
+fn discs() -> Vec<Row> {
+    disc::SEEN.iter().map(|&(name, center, normal, radius)| disc_row(name, center, normal, radius)).collect()
+}
+
+/// From the origin: 8 rings and 8 sectors, equal in area.
+fn disc_row(name: &str, center: DVec3, normal: DVec3, radius: f64) -> Row {
+    let x = normal.any_orthonormal_vector();
+    let (x, y) = ((radius * x).as_vec3(), (radius * normal.cross(x)).as_vec3());
+    let center = center.as_vec3();
+    let text = [center, x, y].map(|v| format!("vec3({:?}, {:?}, {:?})", v.x, v.y, v.z)).join(", ");
+    let glsl = format!(
+        "DiscLightSample s = disc_light_sample(vec3(0.0), {text}, vec2(x0, x1)); \
+         vec3 q = s.wi * s.distance; y0 = q.x; y1 = q.y; y2 = q.z; y3 = s.pdf;"
+    );
+    let probe = Probe::judged(name, &glsl, 4, |r| [unit(r), unit(r)], |_, _| 0.0).files(&disc::FILES);
+    let (center, x, y) = (center.as_dvec3(), x.as_dvec3(), y.as_dvec3());
+    let seen = light::disc::Disc { center, x, y };
+    let solid_angle = light::disc::solid_angle(DVec3::ZERO, &seen);
+    let cell = Box::new(move |out: &[f32]| {
+        let q = (vector(out) - center) / (radius * radius);
+        let (a, b) = (q.dot(x), q.dot(y));
+        let ring = ((8.0 * (a * a + b * b)) as usize).min(7);
+        ring * 8 + ((8.0 * (0.5 + b.atan2(a) / TAU)) as usize).min(7)
+    });
+    Row { name: format!("light disc {name}"), probe, cell, shares: vec![1.0 / 64.0; 64], pdf_at: 3, solid_angle }
 }
 
 /// Four parts of each cell of the image, equal in solid angle.

@@ -366,6 +366,7 @@ impl light::Surroundings for Vertex<'_> {
         let point = match place {
             Place::Face(face, b) => world.face_point(face, b),
             Place::Sphere(row, normal) => world.sphere_point(&world.prepared.spheres[row as usize], normal),
+            Place::Disc(row, position) => world.disc_point(&world.prepared.discs[row as usize], position),
         };
         world.emission(material, &point, is_front) * world.alpha(material, &point)
     }
