@@ -29,7 +29,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Renders a scene (.toml, .gltf, .glb) to images
+    /// Renders a scene (.toml, .gltf, .glb, .obj, .ply) to images
     Render(render::Args),
     /// Lists the devices that can render
     Devices(devices::Args),

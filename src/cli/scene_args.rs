@@ -8,7 +8,7 @@ use steradian::scene::{self, Film, Scene, Sky, SkyRadiance};
 
 #[derive(clap::Args)]
 pub struct SceneArgs {
-    /// Scene file: .toml, .gltf or .glb
+    /// Scene file: .toml, .gltf, .glb, .obj or .ply
     pub scene: PathBuf,
     /// Material variant of a glTF file (KHR_materials_variants); `inspect` lists their names
     #[arg(long, value_name = "NAME")]

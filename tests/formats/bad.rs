@@ -6,7 +6,7 @@ use steradian::scene::{self, Scene};
 
 use crate::triangle::*;
 
-fn refused(path: &Path, wanted: &str) {
+pub fn refused(path: &Path, wanted: &str) {
     let message = match scene::load(path) {
         Ok(_) => panic!("{} loaded; wanted: {wanted}", path.display()),
         Err(e) => e.to_string(),
@@ -15,7 +15,7 @@ fn refused(path: &Path, wanted: &str) {
     assert!(!message.contains('\n') && message.len() < 600, "one sentence: {message}");
 }
 
-fn noted(path: &Path, wanted: &str) -> Scene {
+pub fn noted(path: &Path, wanted: &str) -> Scene {
     let scene = scene::load(path).unwrap_or_else(|e| panic!("{e}"));
     assert!(scene.notes.iter().any(|n| n.contains(wanted)), "\nwanted: {wanted}\nfound: {:?}", scene.notes);
     scene
@@ -40,7 +40,10 @@ fn files_that_are_no_scene() {
     refused(&at("none.toml"), "none.toml: there is no such file; check the path");
     refused(&at("none"), "none: there is no such file");
     refused(folder.0.path(), "is a directory; name the scene file inside it");
-    refused(&folder.write("a.txt", b""), "a.txt: .txt is not a scene format; name a .toml, .gltf or .glb file");
+    refused(
+        &folder.write("a.txt", b""),
+        "a.txt: .txt is not a scene format; name a .toml, .gltf, .glb, .obj or .ply file",
+    );
     refused(&folder.write("noextension", b""), "has no extension");
     refused(&folder.write("empty.gltf", b""), "empty.gltf: file: is empty (0 bytes); export it again");
     refused(&folder.write("empty.glb", b""), "empty.glb: file: is empty (0 bytes); export it again");
@@ -48,7 +51,6 @@ fn files_that_are_no_scene() {
     refused(&folder.write("list.gltf", b"[1"), "this is not valid glTF JSON");
     refused(&folder.write("words.glb", b"a triangle"), "does not begin with `glTF`");
     refused(&folder.write("a.toml", b"\xff\xfe"), "byte 0 is no UTF-8 text");
-    refused(&folder.write("a.obj", b""), ".obj files are not read yet");
 }
 
 #[test]

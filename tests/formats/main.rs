@@ -2,7 +2,10 @@
 
 mod assets;
 mod bad;
+mod damage;
 mod gltf;
+mod obj;
+mod ply;
 mod skies;
 #[path = "../support/triangle.rs"]
 mod triangle;

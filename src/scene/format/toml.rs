@@ -1,7 +1,7 @@
 //! The project's own scene format, documented key by key in docs/scene.md (generated from `keys`).
 //!
 //! Degrees and colours as people write them come in here; the scene holds radians and linear values. Files are found
-//! beside the scene file. Order: textures, materials, models, shapes, then patches of what models brought.
+//! beside the scene file, or in a folder that an environment variable names. Order: textures, materials, models, shapes, then patches of what models brought.
 
 mod camera;
 mod film;
@@ -15,7 +15,7 @@ mod tests;
 mod transform;
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::image_file;
 use super::tangents;
@@ -86,7 +86,7 @@ impl<'a> Builder<'a> {
             }
             (None, Some(radiance)) => SkyRadiance::Uniform(radiance.into()),
             (Some(file), None) => {
-                let image = image_file::read_sky(&self.folder.join(file), &mut self.scene.notes)
+                let image = image_file::read_sky(&self.path(&table, "file", file)?, &mut self.scene.notes)
                     .map_err(|e| table.error("file", format!("cannot be used: {e}")))?;
                 self.scene.images.push(image);
                 SkyRadiance::Image(self.scene.images.len() - 1)
@@ -107,7 +107,7 @@ impl<'a> Builder<'a> {
         let texture = match table.text("type")?.unwrap_or("image") {
             "image" => {
                 let file = table.text("file")?.ok_or_else(|| table.missing("file"))?;
-                let path = self.folder.join(file);
+                let path = self.path(table, "file", file)?;
                 let unusable = |reason: String| table.error("file", format!("cannot be used: {reason}"));
                 let bytes = super::read_bytes(&path).map_err(|e| unusable(e.to_string()))?;
                 let image = image_file::decode(&bytes, file, &mut self.scene.notes).map_err(unusable)?;
@@ -132,6 +132,20 @@ impl<'a> Builder<'a> {
         }
         self.scene.textures.push(texture);
         Ok(())
+    }
+
+    /// A file named in the scene: beside it, unless the name begins with `$NAME/`, an environment variable that holds a folder.
+    fn path(&self, table: &Table<'a>, key: &str, file: &str) -> Result<PathBuf, Error> {
+        let Some((name, rest)) = file.strip_prefix('$').and_then(|f| f.split_once('/')) else {
+            return Ok(self.folder.join(file));
+        };
+        let folder = std::env::var_os(name).filter(|f| !f.is_empty()).ok_or_else(|| {
+            table.error(
+                key,
+                format!("begins with the environment variable {name}, which is not set; set it to the folder"),
+            )
+        })?;
+        Ok(PathBuf::from(folder).join(rest))
     }
 
     /// The place of a name in a map, or an error that names the nearest.

@@ -140,7 +140,8 @@ pub const BOX: Section = section!("[[shape]] type = \"box\"", "Twelve triangles,
     "max": "[x, y, z] m" = "[1, 1, 1]"; "highest corner",
 );
 
-pub const MESH: Section = section!("[[shape]] type = \"mesh\"", "Triangles written out; the front of each is where its corners run counter-clockwise.",
+pub const MESH: Section = section!("[[shape]] type = \"mesh\"", "Triangles written out, or from a file; the front of each is where its corners run counter-clockwise.",
+    "file": "path (.obj, .ply)" = "none"; "instead of all keys below: the shapes of a file without its materials",
     "positions": "[[x, y, z], ...] m" = "required"; "one a vertex",
     "triangles": "[[a, b, c], ...]" = "required"; "vertex numbers from 0",
     "normals": "[[x, y, z], ...]" = "flat"; "one a vertex",
@@ -149,7 +150,7 @@ pub const MESH: Section = section!("[[shape]] type = \"mesh\"", "Triangles writt
     "colors": "[[r, g, b], ...]" = "none"; "one a vertex, linear; or [r, g, b, a]",
 );
 
-pub const MODEL: Section = section!("[[model]]", "A .gltf or .glb file. Its camera is used when the scene has no `[camera]`.",
+pub const MODEL: Section = section!("[[model]]", "A .gltf, .glb, .obj or .ply file. A glTF file's camera is used when the scene has no `[camera]`.",
     "file": "path" = "required"; "beside the scene file",
     "variant": "string" = "its own materials"; "name of a material variant (KHR_materials_variants)",
     "scene": "integer" = "its default"; "number of the scene in the file, from 0",

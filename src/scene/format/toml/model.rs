@@ -7,7 +7,7 @@ use ::toml::de::DeValue;
 use super::table::Table;
 use super::transform::transform;
 use super::{Builder, keys};
-use crate::scene::format::gltf;
+use crate::scene::format::load_model;
 use crate::scene::{Choice, Error, Scene, Shape, SkyRadiance, Texture, Value};
 
 /// What one model added to the scene's lists.
@@ -27,15 +27,11 @@ impl<'a> Builder<'a> {
         for item in top.tables("model")? {
             let table = Table::open(self.source, item, &[&keys::MODEL], &[])?;
             let file = table.text("file")?.ok_or_else(|| table.missing("file"))?;
-            let path = self.folder.join(file);
-            let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-            if !matches!(extension.as_str(), "gltf" | "glb") {
-                return Err(table.error("file", "must be a .gltf or .glb file"));
-            }
+            let path = self.path(&table, "file", file)?;
             let place = transform(&table)?;
             let scene = table.whole("scene", 0..1 << 32)?.map(|n| n as usize);
             let choice = Choice { variant: table.text("variant")?, scene };
-            let loaded = gltf::load(&path, choice).map_err(|e| table.error("file", format!("cannot be used: {e}")))?;
+            let loaded = load_model(&path, choice).map_err(|e| table.error("file", format!("cannot be used: {e}")))?;
             let mut model = loaded.scene;
             for instance in &mut model.instances {
                 instance.to_world = place * instance.to_world;

@@ -24,6 +24,11 @@ impl<'a> Builder<'a> {
         };
         let table = Table::open(self.source, item, &[&keys::SHAPE, section], &[])?;
         let placed = transform(&table)?;
+        if kind == "mesh"
+            && let Some(file) = table.text("file")?
+        {
+            return self.mesh_file(&table, file, &placed);
+        }
         let (shape, own) = match kind.as_str() {
             "sphere" => (Shape::Sphere, sphere(&table, &placed)?),
             "disc" => (Shape::Disc, disc(&table, &placed)?),
@@ -44,6 +49,36 @@ impl<'a> Builder<'a> {
             None => self.default_material(),
         };
         self.scene.instances.push(Instance { name, shape, to_world: placed * own, material });
+        Ok(())
+    }
+
+    /// The meshes of a file as one shape each, all in the material of the shape.
+    fn mesh_file(&mut self, table: &Table<'a>, file: &str, placed: &DAffine3) -> Result<(), Error> {
+        for key in ["positions", "triangles", "normals", "uvs", "uvs1", "colors"] {
+            if table.get(key).is_some() {
+                return Err(table.error(key, "stands beside `file`; keep one of the two"));
+            }
+        }
+        let path = self.path(table, "file", file)?;
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+        if !matches!(extension.as_str(), "obj" | "ply") {
+            return Err(table.error("file", "must be an .obj or .ply file; write [[model]] for others"));
+        }
+        let loaded = crate::scene::format::load_model(&path, crate::scene::Choice::default())
+            .map_err(|e| table.error("file", format!("cannot be used: {e}")))?
+            .scene;
+        let material = match table.text("material")? {
+            Some(name) => self.named(&self.materials, table, "material", name)?,
+            None => self.default_material(),
+        };
+        let name = table.text("name")?.unwrap_or("mesh");
+        for mesh in loaded.meshes {
+            self.scene.meshes.push(mesh);
+            let shape = Shape::Mesh(self.scene.meshes.len() - 1);
+            self.scene.instances.push(Instance { name: name.into(), shape, to_world: *placed, material });
+        }
+        // What was said of materials does not matter here.
+        self.scene.notes.extend(loaded.notes.into_iter().filter(|n| !n.starts_with("material")));
         Ok(())
     }
 
