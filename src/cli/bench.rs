@@ -1,17 +1,21 @@
 //! `bench`: rates of a device on generated scenes; JSON lines, or a table for people.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use steradian::gpu::{self, Choice, Selected};
 use steradian::integrator::Settings;
 use steradian::reference::scenes;
 use steradian::report::{bench_rays, samples, specialise};
-use steradian::scene::format::toml;
+use steradian::scene::{self, format::toml};
+use steradian::shader::{compile::Edit, source};
 
 use super::{Exit, say};
 
 #[derive(clap::Args)]
 pub struct Args {
+    /// Scene files to time in `samples`, at their own size and depth [default: the Cornell box of scenes/peer_a.toml]
+    #[arg(value_name = "SCENE")]
+    scenes: Vec<PathBuf>,
     /// auto, an index of `steradian devices`, or part of a name
     #[arg(long, value_name = "D", default_value = "auto")]
     device: String,
@@ -21,6 +25,9 @@ pub struct Args {
     /// Alternating rounds of each measurement
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..))]
     rounds: u64,
+    /// For `samples`: shader files that replace those of the same path, timed beside the kernel as it is
+    #[arg(long = "try", value_name = "DIR")]
+    tried: Option<PathBuf>,
     /// One JSON object a line
     #[arg(long)]
     json: bool,
@@ -47,13 +54,25 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
         }
     }
     if is_wanted("samples") {
-        let scene = toml::parse(PEER_A, Path::new("scenes/peer_a.toml"))?;
-        let settings = Settings { max_depth: 8, ..Settings::default() };
-        let row = samples::measure(&device, &scene, &settings, rounds)?;
-        if args.json {
-            println!("{}", serde_json::to_string(&row)?);
-        } else {
-            println!("{}", row.text());
+        let mut timed = args.scenes.iter().map(|path| scene::load(path)).collect::<Result<Vec<_>, _>>()?;
+        if timed.is_empty() {
+            timed.push(toml::parse(PEER_A, Path::new("scenes/peer_a.toml"))?);
+        }
+        for mut scene in timed {
+            scene::frame_camera(&mut scene);
+            scene::ensure_light(&mut scene);
+            let settings = Settings { max_depth: scene.film.max_depth.unwrap_or(8), ..Settings::default() };
+            if let Some(folder) = &args.tried {
+                let row = samples::compare(&device, &scene, &settings, rounds, edits(folder)?)?;
+                println!("{}", serde_json::to_string(&row)?);
+                continue;
+            }
+            let row = samples::measure(&device, &scene, &settings, rounds)?;
+            if args.json {
+                println!("{}", serde_json::to_string(&row)?);
+            } else {
+                println!("{}", row.text());
+            }
         }
     }
     if is_wanted("specialise") {
@@ -71,4 +90,21 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
         }
     }
     Ok(Exit::Done)
+}
+
+/// Every embedded shader file that `folder` holds too, as a change of its whole text.
+fn edits(folder: &Path) -> anyhow::Result<Vec<Edit>> {
+    let mut edits = Vec::new();
+    for file in source::paths() {
+        let path = folder.join(file);
+        if path.is_file() {
+            let text = std::fs::read_to_string(&path)?;
+            let from = source::get(file).expect("paths() lists what get() has");
+            edits.push(Edit { file, from, to: text.leak() });
+        }
+    }
+    if edits.is_empty() {
+        anyhow::bail!("--try: {} holds no file of a path under shaders/, such as bvh/closest.glsl", folder.display());
+    }
+    Ok(edits)
 }

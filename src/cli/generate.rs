@@ -1,6 +1,7 @@
-//! `generate showcase`: makes the generated files of scenes/ again. `generate sheet`: pictures of all sample models on one page.
+//! `generate`: makes the generated files of scenes/, those of the showcase, which are committed, and those of the peers' scenes;
+//! and `generate sheet`, pictures of all sample models on one page.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use steradian::conform::models;
@@ -28,6 +29,12 @@ enum What {
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
     },
+    /// The statue of scenes/peer_b.toml and the sky of scenes/peer_c.toml
+    Peers {
+        /// Folder to write into
+        #[arg(short, long, value_name = "DIR")]
+        output: PathBuf,
+    },
     /// A contact sheet of every model below gltf/ of the assets folder, numbered in the order of their names
     Sheet {
         /// PNG to write
@@ -46,15 +53,19 @@ enum What {
     },
 }
 
+fn write(folder: &Path, files: Vec<(&'static str, Vec<u8>)>) -> anyhow::Result<()> {
+    for (name, bytes) in files {
+        let path = folder.join(name);
+        write_atomically(&path, &bytes)?;
+        println!("wrote {} ({} bytes)", path.display(), bytes.len());
+    }
+    Ok(())
+}
+
 pub fn run(args: &Args) -> anyhow::Result<Exit> {
     match &args.what {
-        What::Showcase { output } => {
-            for (name, bytes) in showcase::files() {
-                let path = output.join(name);
-                write_atomically(&path, &bytes)?;
-                println!("wrote {} ({} bytes)", path.display(), bytes.len());
-            }
-        }
+        What::Showcase { output } => write(output, showcase::files())?,
+        What::Peers { output } => write(output, showcase::peer_files())?,
         What::Sheet { output, size, spp, columns, device } => {
             let pictures = pictures([size.0, size.1], *spp, device)?;
             let (width, height, bytes) = sheet::lay_out(&pictures, usize::from(*columns));

@@ -10,11 +10,31 @@ mod mesh;
 mod pattern;
 mod profile;
 mod sky;
+pub mod statue;
 mod still_life;
 
 /// Name and bytes of every generated file.
 pub fn files() -> Vec<(&'static str, Vec<u8>)> {
     vec![("showcase.glb", still_life::model()), ("showcase_sky.hdr", sky::picture())]
+}
+
+/// What the scenes on which other renderers were timed need besides themselves; made on demand and not committed.
+pub fn peer_files() -> Vec<(&'static str, Vec<u8>)> {
+    vec![("peer_b_statue.ply", statue::ply()), ("peer_c_sky.exr", small_sun())]
+}
+
+/// 256 x 128 of 0.1 with a sun of four texels, as scene c of the comparison has it; f32, since RGBE would round it.
+fn small_sun() -> Vec<u8> {
+    use exr::prelude::*;
+    let pixel = |at: Vec2<usize>| {
+        let is_sun = (92..94).contains(&at.x()) && (40..42).contains(&at.y());
+        if is_sun { (600.0f32, 550.0f32, 450.0f32) } else { (0.1, 0.1, 0.1) }
+    };
+    let channels = SpecificChannels::rgb(pixel);
+    let image = Image::from_encoded_channels((256, 128), Encoding::FAST_LOSSLESS, channels);
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image.write().to_buffered(&mut bytes).expect("an image of f32 in memory can be written");
+    bytes.into_inner()
 }
 
 #[cfg(test)]
