@@ -34,14 +34,14 @@ DiscLightSample disc_light_sample(vec3 p, vec3 center, vec3 x, vec3 y, vec2 u) {
 #if IN_KERNEL
 // A disc of the scene: centre light.a, radii light.b and light.c, row light.shape of `discs`.
 LightSample disc_light_connect(PathState s, LightRecord light, vec3 p, vec2 u) {
-    DiscLightSample q = disc_light_sample(p, light.a, light.b, light.c, u);
+    DiscLightSample q = disc_light_sample(s.from, light.a, light.b, light.c, u);
     MaterialRecord material = MaterialRecord_load_materials(light.material);
     DiscRecord disc = DiscRecord_load_discs(light.shape);
     bool is_front = dot(q.wi, disc.normal) < 0.0;
     SurfacePoint point = disc_point_data(disc, light.a + (q.place.x * light.b + q.place.y * light.c));
     bool shines = is_front || (material.flags & MATERIAL_EMITS_TWO_SIDED) != 0u;
     Spectrum radiance = shines ? material_emission(material, point) : Spectrum(0.0);
-    return LightSample(q.wi, q.distance, q.pdf, radiance, disc.primitive, NONE);
+    return LightSample(q.wi, q.distance, q.pdf, radiance, disc.primitive, NONE, false);
 }
 
 float disc_light_density(LightRecord light, vec3 p, vec3 wi, float distance, bool is_front) {
