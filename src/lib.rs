@@ -12,6 +12,7 @@ pub mod gpu;
 pub mod integrator;
 pub mod light;
 pub mod math;
+pub mod measure;
 pub mod metric;
 pub mod output;
 pub mod prepare;

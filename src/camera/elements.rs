@@ -49,6 +49,26 @@ pub fn surface_area(scene: &Scene, shapes: &[usize]) -> f64 {
     area
 }
 
+/// A point a little above the measured side: what surrounds it surrounds the meter. The origin where there is no area.
+pub fn surface_anchor(scene: &Scene, meter: &SurfaceMeter) -> DVec3 {
+    // A thousandth of the extent: outside the surface in f32, and inside what a meter may stand in.
+    const LIFT: f64 = 1e-3;
+    let mut anchor = None;
+    visit(scene, &meter.shapes, |element| {
+        let size = element.area().sqrt();
+        if anchor.is_some() || !(size > 0.0 && size.is_finite()) {
+            return;
+        }
+        let (point, front) = match element {
+            Element::Triangle([a, b, c]) => ((a + b + c) / 3.0, (b - a).cross(c - a).normalize()),
+            Element::Sphere { center, radius } => (center + radius * DVec3::Y, DVec3::Y),
+            Element::Disc { center, x, y } => (center, x.cross(y).normalize()),
+        };
+        anchor = Some(point + front * if meter.is_back { -LIFT * size } else { LIFT * size });
+    });
+    anchor.unwrap_or(DVec3::ZERO)
+}
+
 /// The tables of the scene's camera; the error is a sentence.
 pub fn elements(scene: &Scene) -> Result<Elements, String> {
     let (Projection::MeterSurface(meter) | Projection::MeterLeaving(meter)) = &scene.camera.projection else {

@@ -16,7 +16,7 @@ use crate::light::alias;
 use crate::prepare::records::{AliasRecord, CameraRecord, NONE, SensorElementRecord};
 use crate::sampler::Purpose;
 use crate::scene::{Camera, Film, Projection, Scene};
-pub use elements::{Elements, elements, surface_area};
+pub use elements::{Elements, elements, surface_anchor, surface_area};
 
 /// The start of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]

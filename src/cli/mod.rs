@@ -8,6 +8,7 @@ mod devices;
 mod generate;
 mod inspect;
 mod interrupt;
+mod measure;
 mod progress;
 mod render;
 mod scene_args;
@@ -44,6 +45,8 @@ enum Command {
     /// Makes the generated files of the repository's scenes again
     #[command(hide = true)]
     Generate(generate::Args),
+    /// Reads the scene's sensors: value, interval, unit
+    Measure(measure::Args),
     /// Measures the error of image A against reference B
     Compare(compare::Args),
 }
@@ -84,6 +87,7 @@ pub fn run(started: Instant) -> anyhow::Result<Exit> {
         Command::Conform(args) => conform::run(&args),
         Command::Converge(args) => converge::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Measure(args) => measure::run(&args),
         Command::Generate(args) => generate::run(&args),
         Command::Compare(args) => compare::run(&args),
     }

@@ -25,6 +25,11 @@ const ROWS: &[(&str, fn() -> Camera)] = &[
     }),
 ];
 
+/// The scene of the thin lens.
+pub fn thin_lens(size: u32) -> Scene {
+    scenes(size).swap_remove(0)
+}
+
 /// The scenes of the rows, `size` pixels square.
 pub fn scenes(size: u32) -> Vec<Scene> {
     let scene = |(keyword, camera): &(&str, fn() -> Camera)| Scene {

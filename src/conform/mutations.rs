@@ -6,6 +6,7 @@
 
 use std::collections::HashMap;
 
+use super::camera;
 use super::images;
 use super::replay;
 use super::report::{Gate, GateRow, Verdict, is_wanted};
@@ -17,6 +18,7 @@ use crate::integrator::{Estimator, Settings};
 use crate::prepare::Prepared;
 use crate::prepare::records::TEXTURE_SRGB;
 use crate::reference::known::{self, Known};
+use crate::reference::meters;
 use crate::reference::scenes::{self, lights};
 use crate::scene::Scene;
 use crate::shader::compile::Edit;
@@ -168,6 +170,27 @@ const MUTATIONS: &[Mutation] = &[
         name: "a sun is half as wide as its record for the paths that run into it",
         fault: text("light/sun.glsl", "0.5 * dot(chord, chord) <= h", "2.0 * dot(chord, chord) <= h"),
         caught_by: &[ClosedForm(known::lights::wide_sun)],
+    },
+    Mutation {
+        name: "a meter's light samples lack their cosine",
+        fault: text(
+            "integrator/receiver.glsl",
+            "float density = dot(light.wi, normal) * INV_PI;",
+            "float density = INV_PI;",
+        ),
+        caught_by: &[ClosedForm(meters::grazing_lamp)],
+    },
+    Mutation {
+        name: "points of a surface meter are chosen without regard to area",
+        fault: Fault::Records(|p| {
+            p.sensor_alias.iter_mut().for_each(|a| (a.threshold0, a.threshold1) = (u32::MAX, u32::MAX));
+        }),
+        caught_by: &[ClosedForm(meters::unequal_triangles)],
+    },
+    Mutation {
+        name: "the lens is half as large",
+        fault: text("camera/thin_lens.glsl", "* camera.lens;", "* camera.lens * 0.5;"),
+        caught_by: &[Replay(camera::thin_lens)],
     },
     Mutation {
         name: "the recorded probabilities of lights are not those of the table",

@@ -5,7 +5,7 @@ use super::subject::Subject;
 use super::{camera, film, images, models, replay};
 use crate::error::Error;
 use crate::integrator::{Estimator, Settings};
-use crate::reference::{known, scenes};
+use crate::reference::{known, meters, scenes};
 use crate::scene::Scene;
 
 /// Size of the images: `SMALL` for continuous integration, `FULL` by command.
@@ -32,7 +32,7 @@ type Run<'a> = Box<dyn Fn(&Subject) -> Result<GateRow, Error> + 'a>;
 pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     let scenes = scenes::all(scale.size);
     let (models, missing) = some_models(scale.size);
-    let known = known::all();
+    let known: Vec<known::Known> = known::all().into_iter().chain(meters::all()).collect();
     let cameras = camera::scenes(scale.size / 2);
     let mut list: Vec<(Gate, String, Run)> = Vec::new();
     for scene in scenes.iter().chain(&models).chain(&cameras) {

@@ -8,6 +8,7 @@
 
 pub mod independent;
 pub mod known;
+pub mod meters;
 pub mod path;
 mod receiver;
 pub mod render;

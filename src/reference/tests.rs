@@ -8,7 +8,7 @@ use super::independent::Independent;
 use super::known;
 use super::path::World;
 use super::replay::Replay;
-use super::{render, scenes};
+use super::{meters, render, scenes};
 use crate::film::Film;
 use crate::integrator::{Estimator, SamplerKind, Settings};
 use crate::prepare;
@@ -45,7 +45,7 @@ fn replay(scene: &Scene, settings: &Settings) -> Replay {
 
 #[test]
 fn closed_forms_hold_with_every_estimator() {
-    for known in known::all() {
+    for known in known::all().into_iter().chain(meters::all()) {
         for estimator in ESTIMATORS {
             let settings = Settings { estimator, sampler: SamplerKind::Independent, ..Settings::default() };
             if estimator == Estimator::Bsdf && known.scene.has_delta_lights() {

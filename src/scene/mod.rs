@@ -6,10 +6,12 @@
 mod complete;
 mod error;
 pub mod format;
+mod sensor;
 
 pub use complete::{bounds, ensure_light, frame_camera, frame_camera_from};
 pub use error::Error;
 pub use format::{Choice, load, load_choice};
+pub use sensor::{Place, Quantity, Sensor};
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -33,6 +35,8 @@ pub struct Scene {
     pub meshes: Vec<Mesh>,
     pub instances: Vec<Instance>,
     pub sky: Option<Sky>,
+    /// What `measure` measures.
+    pub sensors: Vec<Sensor>,
     /// Names of the material variants its file offers.
     pub variants: Vec<String>,
     /// Lights that no surface carries.

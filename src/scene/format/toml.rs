@@ -8,6 +8,7 @@ mod film;
 pub mod keys;
 mod material;
 mod model;
+mod sensor;
 mod shape;
 mod table;
 #[cfg(test)]
@@ -21,7 +22,8 @@ use super::image_file;
 use super::tangents;
 use crate::scene::{Encoding, Error, Filter, Scene, Sky, SkyRadiance, Texture, Wrap};
 use ::toml::de::DeTable;
-use table::{Source, Table, nearest};
+pub use table::nearest;
+use table::{Source, Table};
 
 pub(crate) use material::{plain as plain_material, uv_transform};
 pub(crate) use transform::is_invertible;
@@ -70,6 +72,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Scene, Error> {
     builder.patch_nodes(&top, &brought)?;
     tangents::complete(&mut builder.scene);
     builder.camera(&top)?;
+    builder.sensors(&top)?;
     builder.sky(&top)?;
     Ok(builder.scene)
 }

@@ -36,6 +36,7 @@ pub const TOP: Section = section!("top level", "The file itself.",
     "material": "[[material]]" = "none"; "below, any number; `[material.\"Name\"]` patches what a model brought",
     "shape": "[[shape]]" = "none"; "below, any number",
     "model": "[[model]]" = "none"; "below, any number",
+    "sensor": "[[sensor]]" = "none"; "below, any number; what `measure` measures",
     "node": "[node.\"path/name\"]" = "none"; "below; patches a node that a model brought",
 );
 
@@ -166,10 +167,21 @@ pub const NODE: Section = section!("[node.\"path/name\"]", "Patches what a model
     "material": "string" = "its own"; "name of a `[[material]]`",
 );
 
+pub const SENSOR: Section = section!("[[sensor]]", "A meter, read by `steradian measure` (docs/measure.md). Pictures do not show it and it blocks no light.",
+    "name": "string" = "required"; "shown in the results",
+    "type": "\"radiance\", \"irradiance\" or \"flux\"" = "required"; "along a ray; at a point or over a shape, a square metre; over a whole shape",
+    "position": "[x, y, z] m" = "required without `shape`"; "where it stands",
+    "direction": "[x, y, z]" = "required for radiance"; "where it looks",
+    "normal": "[x, y, z]" = "required for irradiance at a point"; "of the side that light arrives at",
+    "shape": "string" = "required for flux"; "measures over all shapes of that name together, the mean by area for irradiance",
+    "side": "\"front\" or \"back\"" = "\"front\""; "of the shape; the front of closed shapes is outside",
+    "light": "\"arriving\" or \"leaving\"" = "\"arriving\""; "leaving: emitted and reflected, the exitance",
+);
+
 /// In the order of the page.
 pub const SECTIONS: &[&Section] = &[
     &TOP, &CAMERA, &FILM, &SKY, &TEXTURE, &MATERIAL, &VALUE, &SHAPE, &SPHERE, &DISC, &RECTANGLE, &BOX, &MESH, &MODEL,
-    &NODE,
+    &NODE, &SENSOR,
 ];
 
 /// The tables of docs/scene.md.
