@@ -4,13 +4,17 @@
 #if HAS_RECEIVER
 // Adds the light of one sampled emitter; returns the rays traced.
 uint receive(inout PathState s, vec3 normal) {
-    LightSample light = light_sample(s, s.ray.o, normal);
+    LightSample light = light_sample(s, s.ray.o);
     float density = dot(light.wi, normal) * INV_PI;
     bool is_lit = max_component(light.radiance) > 0.0 || is_nan_bits(dot(light.radiance, vec3(1.0)));
     bool is_candidate = light.pdf > 0.0 && density > 0.0 && is_lit;
     float weight = density / light.pdf;
-#if ESTIMATOR_MIS
-    weight *= mis_weight(light.pdf, density);
+#if ESTIMATOR_MIS && HAS_SIZED_LIGHTS
+    float share = mis_weight(light.pdf, density);
+#if HAS_DELTA_LIGHTS
+    share = light.is_delta ? 1.0 : share;
+#endif
+    weight *= share;
 #endif
     Spectrum arriving = light.radiance;
 #if HAS_MEDIA

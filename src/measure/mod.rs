@@ -82,7 +82,8 @@ pub struct Reading {
 /// Makes `sensor` the camera of `scene`, with one pixel a repetition.
 pub fn place(scene: &mut Scene, sensor: &Sensor, repetitions: u32) {
     scene.camera = sensor.camera(scene);
-    scene.film = SceneFilm { width: repetitions, height: 1, ..scene.film.clone() };
+    let SceneFilm { spp, max_depth, .. } = scene.film;
+    scene.film = SceneFilm { width: repetitions, height: 1, spp, max_depth, ..SceneFilm::default() };
 }
 
 /// Measures with a source that renders the scene of `place`. None when interrupted before the first block of every repetition.

@@ -32,7 +32,7 @@ pub(super) fn receive<W: World>(
         return (DVec3::ZERO, 1);
     }
     let weight = match settings.estimator {
-        Estimator::Mis => power_heuristic(light.density, density),
+        Estimator::Mis if !light.is_delta => power_heuristic(light.density, density),
         _ => 1.0,
     };
     let through = match world.camera_medium() {
