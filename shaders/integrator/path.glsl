@@ -11,6 +11,10 @@ bool integrator_step(inout PathState s, inout Tally tally) {
     bool goes_on = false;
     if (is_hit) {
         Surface surface = surface_load(hit, s.ray);
+#if TEXTURE_HAS_MIPS
+        cone_travel(s, hit.t);
+        surface.point.areas = footprint_areas(s, hit, surface);
+#endif
         MaterialRecord material = MaterialRecord_load_materials(surface.material);
 #if HAS_EMISSION
         add_emission(s, surface, material, hit.t);

@@ -107,6 +107,9 @@ bool scatter(inout PathState s, Surface surface, MaterialRecord material, Shadin
     s.eta_scale *= b.eta_scale;
     s.pdf = (b.flags & SAMPLE_DELTA) != 0u ? 0.0 : b.pdf;
     s.ray = Ray(spawn_origin(surface.p, surface.error, shading.ng, wi), wi, INFINITY);
+#if TEXTURE_HAS_MIPS
+    cone_scatter(s, s.pdf == 0.0, b.pdf);
+#endif
 #if HAS_MEDIA
     bool crosses = (b.flags & SAMPLE_TRANSMISSION) != 0u;
     s.medium = crosses ? medium_beyond(s, surface, material, wi) : s.medium;

@@ -17,6 +17,9 @@ struct PathState {
 #if HAS_MEDIA
     uint medium;
 #endif
+#if TEXTURE_HAS_MIPS
+    vec2 cone;  // diameter of the ray's cone where it starts, m, and its growth a metre
+#endif
 };
 
 // Sums over the samples of a slot; the layout written out is src/film/slot.rs.

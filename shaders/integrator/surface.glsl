@@ -13,7 +13,7 @@ struct Surface {
 
 #if HAS_TRIANGLES
 SurfacePoint triangle_point_data(FaceRecord face, float b1, float b2) {
-    SurfacePoint point = SurfacePoint(vec2(0.0), vec2(0.0), vec4(1.0));
+    SurfacePoint point = surface_point_none();
     float b0 = 1.0 - b1 - b2;
 #if HAS_UVS
     UvRecord a = UvRecord_load_uvs(face.vertices.x);
@@ -37,7 +37,7 @@ vec3 quaternion_rotate(vec4 q, vec3 v) {
 }
 
 SurfacePoint sphere_point_data(SphereRecord sphere, vec3 n) {
-    SurfacePoint point = SurfacePoint(vec2(0.0), vec2(0.0), vec4(1.0));
+    SurfacePoint point = surface_point_none();
 #if HAS_UVS
     vec3 l = quaternion_rotate(sphere.rotation, n);
     point.uv0 = vec2(m_atan2(l.x, -l.z) * INV_TWO_PI + 0.5, m_acos(clamp(l.y, -1.0, 1.0)) * INV_PI);
@@ -49,7 +49,7 @@ SurfacePoint sphere_point_data(SphereRecord sphere, vec3 n) {
 
 #if HAS_DISCS
 SurfacePoint disc_point_data(DiscRecord disc, vec3 p) {
-    SurfacePoint point = SurfacePoint(vec2(0.0), vec2(0.0), vec4(1.0));
+    SurfacePoint point = surface_point_none();
 #if HAS_UVS
     vec3 local = (p - disc.center) / disc.radius;
     vec3 bitangent = disc.handedness * cross(disc.normal, disc.tangent);
@@ -63,7 +63,7 @@ SurfacePoint disc_point_data(DiscRecord disc, vec3 p) {
 #if HAS_ALPHA
 // Material and pattern data of a hit, as far as alpha needs them.
 SurfacePoint hit_point_data(Hit hit, Ray ray, out uint material) {
-    SurfacePoint point = SurfacePoint(vec2(0.0), vec2(0.0), vec4(1.0));
+    SurfacePoint point = surface_point_none();
     material = 0u;
 #if HAS_TRIANGLES
     if (hit.kind == HIT_TRIANGLE) {
@@ -97,7 +97,7 @@ Surface surface_load(Hit hit, Ray ray) {
     s.ng = -ray.d;
     s.ns = -ray.d;
     s.tangent = vec4(0.0);
-    s.point = SurfacePoint(vec2(0.0), vec2(0.0), vec4(1.0));
+    s.point = surface_point_none();
     s.material = 0u;
     s.light = NONE;
 #if HAS_TRIANGLES

@@ -22,6 +22,9 @@ PathState path_begin(uint pixel, uint sample_index, out uint rays) {
 #if HAS_MEDIA
     s.medium = camera.medium;
 #endif
+#if TEXTURE_HAS_MIPS
+    s.cone = camera.cone;
+#endif
     rays = 0u;
 #if HAS_RECEIVER
     s.pdf = dot(start.d, start.receiver) * INV_PI;

@@ -1,5 +1,5 @@
 // Image textures: own bilinear filter over packed pages; formats and conventions in src/texture/image.rs.
-// Tables `textures` (TextureRecord) and `texels` (4 RGBA8 or 2 RGBA16F texels a row). Texel centres at (i + 0.5) / size,
+// Tables `textures` (TextureRecord) and `texels` (4 RGBA8, 2 RGBA16 or 2 RGBA16F texels a row). Footprints: src/texture/mip.rs. Texel centres at (i + 0.5) / size,
 // v down from the top row. Wrap per axis: 0 repeat, 1 mirror, 2 clamp. A coordinate that is NaN or infinite reads as 0.
 
 // Columns (or rows) left and right of a coordinate, and the weight of the second.
@@ -59,27 +59,30 @@ vec3 texture_srgb_decode(vec3 v) {
 
 vec4 texture_texel(TextureRecord t, uint x, uint y) {
     uint index = y * t.width + x;
-    bool is_half = false;
-#if TEXTURE_HAS_HALF
-    is_half = (t.flags & TEXTURE_HALF) != 0u;
+    bool has_pairs = false;
+#if TEXTURE_HAS_HALF || TEXTURE_HAS_WIDE
+    has_pairs = (t.flags & (TEXTURE_HALF | TEXTURE_WIDE)) != 0u;
 #endif
-    uvec4 row = texels_row(t.first_row + (is_half ? index >> 1 : index >> 2));
+    uvec4 row = texels_row(t.first_row + (has_pairs ? index >> 1 : index >> 2));
     uint word = row[index & 3u];
     vec4 v = vec4((uvec4(word) >> uvec4(0u, 8u, 16u, 24u)) & 255u) * (1.0 / 255.0);
+#if TEXTURE_HAS_HALF || TEXTURE_HAS_WIDE
+    uvec2 pair = (index & 1u) == 0u ? row.xy : row.zw;
+#endif
+#if TEXTURE_HAS_WIDE
+    vec4 wide = vec4(pair.x & 65535u, pair.x >> 16, pair.y & 65535u, pair.y >> 16) * (1.0 / 65535.0);
+    v = (t.flags & TEXTURE_WIDE) != 0u ? wide : v;
+#endif
 #if TEXTURE_HAS_SRGB
     v.rgb = (t.flags & TEXTURE_SRGB) != 0u ? texture_srgb_decode(v.rgb) : v.rgb;
 #endif
 #if TEXTURE_HAS_HALF
-    uvec2 pair = (index & 1u) == 0u ? row.xy : row.zw;
-    v = is_half ? vec4(unpackHalf2x16(pair.x), unpackHalf2x16(pair.y)) : v;
+    v = (t.flags & TEXTURE_HALF) != 0u ? vec4(unpackHalf2x16(pair.x), unpackHalf2x16(pair.y)) : v;
 #endif
     return v;
 }
 
-// Linear RGBA; alpha is never sRGB-encoded.
-vec4 texture_image(uint texture, vec2 uv) {
-    TextureRecord t = TextureRecord_load_textures(texture);
-    bool is_nearest = (t.flags & TEXTURE_NEAREST) != 0u;
+vec4 texture_filtered(TextureRecord t, vec2 uv, bool is_nearest) {
     TextureTap x = texture_tap(uv.x, t.width, (t.flags >> TEXTURE_WRAP_U_SHIFT) & 3u, is_nearest);
     TextureTap y = texture_tap(uv.y, t.height, (t.flags >> TEXTURE_WRAP_V_SHIFT) & 3u, is_nearest);
     vec4 a = texture_texel(t, x.first, y.first);
@@ -90,3 +93,39 @@ vec4 texture_image(uint texture, vec2 uv) {
     vec4 bottom = c + x.weight * (d - c);
     return top + y.weight * (bottom - top);
 }
+
+// Linear RGBA; alpha is never sRGB-encoded.
+vec4 texture_image(uint texture, vec2 uv) {
+    TextureRecord t = TextureRecord_load_textures(texture);
+    return texture_filtered(t, uv, (t.flags & TEXTURE_NEAREST) != 0u);
+}
+
+#if TEXTURE_HAS_MIPS
+TextureRecord texture_level(TextureRecord t, uint level) {
+    // The rows before level 0 say where the others begin; that of a texture without levels is its own.
+    bool has_levels = (t.flags & TEXTURE_MIPS) != 0u;
+    uvec4 offsets = texels_row(has_levels ? t.first_row - 4u + (level >> 2) : t.first_row);
+    TextureRecord r = t;
+    r.width = max(t.width >> level, 1u);
+    r.height = max(t.height >> level, 1u);
+    r.first_row = t.first_row + (has_levels ? offsets[level & 3u] : 0u);
+    return r;
+}
+
+// Linear RGBA of a footprint of `area` in the unit square of uv.
+vec4 texture_image_footprint(uint texture, vec2 uv, float area) {
+    TextureRecord t = TextureRecord_load_textures(texture);
+    float texels = area * float(t.width) * float(t.height);
+    // NaN reads level 0.
+    bool is_large = texels > 1.0;
+    bool is_nearest = (t.flags & (is_large ? TEXTURE_MIN_NEAREST : TEXTURE_NEAREST)) != 0u;
+    float last = float(findMSB(max(t.width, t.height)));
+    float level = min(0.72134752044448170368 * m_log(is_large ? min(texels, 1e12) : 1.0), last);  // log2(texels) / 2
+    level = (t.flags & TEXTURE_MIP_NEAREST) != 0u ? floor(level + 0.5) : level;
+    level = (t.flags & TEXTURE_MIPS) != 0u ? level : 0.0;
+    float lower = floor(level);
+    vec4 a = texture_filtered(texture_level(t, uint(lower)), uv, is_nearest);
+    vec4 b = texture_filtered(texture_level(t, uint((t.flags & TEXTURE_MIPS) != 0u ? min(lower + 1.0, last) : 0.0)), uv, is_nearest);
+    return a + (level - lower) * (b - a);
+}
+#endif

@@ -97,7 +97,19 @@ pub fn kind(projection: &Projection) -> usize {
 pub fn record(scene: &Scene) -> Result<CameraRecord, String> {
     let kind = kind(&scene.camera.projection);
     let record = (MODELS[kind].record)(&scene.camera, &scene.film)?;
-    Ok(CameraRecord { kind: kind as u32, medium: NONE, ..record })
+    let cone = cone(&scene.camera.projection, &record);
+    Ok(CameraRecord { kind: kind as u32, medium: NONE, cone, ..record })
+}
+
+/// Diameter of a pixel's ray cone where it starts, and its growth a metre (Akenine-Moller et al. 2021, section 3). Meters have none.
+fn cone(projection: &Projection, record: &CameraRecord) -> [f32; 2] {
+    let pixel = vec(record.up).length() as f32 * record.inv_height;
+    match projection {
+        Projection::Perspective { .. } | Projection::ThinLens { .. } => [0.0, pixel],
+        Projection::Orthographic { .. } => [pixel, 0.0],
+        Projection::Panorama => [0.0, std::f32::consts::FRAC_PI_2 * record.inv_height],
+        _ => [0.0; 2],
+    }
 }
 
 /// Through `film`, in pixels, by the camera that the record names.

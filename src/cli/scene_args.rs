@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use steradian::film::filter::{FilterKind, PixelFilter};
 use steradian::integrator::{DEFAULT_MAX_DEPTH, Estimator, IntegratorKind, SamplerKind, Settings};
-use steradian::scene::{self, Film, Scene, Sky, SkyRadiance};
+use steradian::scene::{self, Film, Scene, Sky, SkyRadiance, TextureFilter};
 
 #[derive(clap::Args)]
 pub struct SceneArgs {
@@ -16,6 +16,9 @@ pub struct SceneArgs {
     /// Scene of a glTF file that holds several, counted from 0 [default: the file's]
     #[arg(long = "scene", value_name = "N")]
     pub scene_number: Option<usize>,
+    /// How images are read where several of their texels fall into a pixel; else the scene's [default: exact]
+    #[arg(long, value_name = "F")]
+    pub texture_filter: Option<TextureFilter>,
     /// Image size in pixels; else the scene's
     #[arg(long, value_name = "WxH", value_parser = super::parse_size)]
     pub size: Option<(u32, u32)>,
@@ -59,6 +62,9 @@ impl SceneArgs {
             (scene.film.width, scene.film.height) = (width, height);
         }
         self.film(&mut scene.film)?;
+        if let Some(filter) = self.texture_filter {
+            scene.texture_filter = filter;
+        }
         if let Some(path) = &self.env {
             replace_sky(&mut scene, path)?;
         }

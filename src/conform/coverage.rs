@@ -15,6 +15,8 @@ const COVERED: &[(&str, u32, &str)] = &[
     ("asin_core", 3, "the body of m_asin and m_acos"),
     ("texture_tap", 3, "addresses every row of texture_image"),
     ("texture_texel", 3, "reads every row of texture_image"),
+    ("texture_filtered", 3, "the body of texture_image and texture_image_footprint"),
+    ("texture_level", 3, "addresses every row of texture_image_footprint"),
     ("direction_from_z", 3, "the body of the uniform warps, whose rows reach all of it"),
     ("turn_of", 3, "the body of the uniform warps' inverses"),
     ("*_light_connect", 6, "reads the path's state and the scene's tables: replayed path by path"),

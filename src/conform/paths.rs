@@ -31,7 +31,8 @@ type Run<'a> = Box<dyn Fn(&Subject) -> Result<GateRow, Error> + 'a>;
 /// Runs the rows that `filter` names.
 pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     let scenes = scenes::all(scale.size);
-    let (models, missing) = some_models(scale.size);
+    let (mut models, missing) = some_models(scale.size);
+    models.push(scenes::mipmapped(scale.size));
     let known: Vec<known::Known> = known::all().into_iter().chain(meters::all()).collect();
     let cameras = camera::scenes(scale.size / 2);
     let mut list: Vec<(Gate, String, Run)> = Vec::new();

@@ -8,14 +8,21 @@ use super::inputs::Inputs;
 use super::probe::{EPS, Probe};
 use crate::math::special::srgb_decode;
 use crate::prepare::records::*;
-use crate::scene::{Encoding, Filter, Image, Pixels, Wrap};
+use crate::scene::{Encoding, Filter, Image, Minify, Pixels, Wrap};
 use crate::shader::record::GpuRecord;
 use crate::texture;
 
 /// Image sizes of the row: single texels, odd and even, one long.
 const SIZES: [(u32, u32); 6] = [(1, 1), (2, 3), (5, 1), (16, 16), (67, 33), (2048, 2)];
-const MACROS: [&str; 5] =
-    ["TEXTURE_HAS_HALF", "TEXTURE_HAS_SRGB", "TEXTURE_HAS_NEAREST", "TEXTURE_HAS_MIRROR", "TEXTURE_HAS_CLAMP"];
+const MACROS: [&str; 7] = [
+    "TEXTURE_HAS_WIDE",
+    "TEXTURE_HAS_MIPS",
+    "TEXTURE_HAS_HALF",
+    "TEXTURE_HAS_SRGB",
+    "TEXTURE_HAS_NEAREST",
+    "TEXTURE_HAS_MIRROR",
+    "TEXTURE_HAS_CLAMP",
+];
 
 struct Pages {
     records: Vec<TextureRecord>,
@@ -24,33 +31,62 @@ struct Pages {
     largest: Vec<f64>,
 }
 
-/// Every size in every format, wrap, filter and encoding that `is_wanted` keeps.
-fn pages(is_wanted: fn(&TextureRecord) -> bool) -> Pages {
+/// How look-ups are minified: at a point, or by levels in every combination.
+const MINIFY: [Minify; 4] = [
+    Minify { filter: Filter::Linear, levels: Some(Filter::Linear) },
+    Minify { filter: Filter::Nearest, levels: Some(Filter::Linear) },
+    Minify { filter: Filter::Linear, levels: Some(Filter::Nearest) },
+    Minify { filter: Filter::Nearest, levels: Some(Filter::Nearest) },
+];
+
+/// Every size in every format, wrap, filter and encoding that `is_wanted` keeps; `minify` None is at a point.
+fn pages(minify: &[Option<Minify>], is_wanted: fn(&TextureRecord) -> bool) -> Pages {
     let mut pages = Pages { records: Vec::new(), texels: Vec::new(), largest: Vec::new() };
     let mut r = Inputs::new("texels", 0);
     for (width, height) in SIZES {
         let count = (width * height) as usize;
         let bytes = Pixels::Rgba8(Arc::new((0..4 * count).map(|_| (r.word() >> 24) as u8).collect()));
         let floats = Pixels::RgbF32(Arc::new((0..3 * count).map(|_| r.log(1e-3, 100.0)).collect()));
-        for pixels in [bytes, floats] {
+        let words = Pixels::Rgba16(Arc::new((0..4 * count).map(|_| (r.word() >> 16) as u16).collect()));
+        for pixels in [bytes, words, floats] {
             let image = Image { name: String::new(), width, height, pixels };
-            let first_row = pages.texels.len() as u32;
-            pages.texels.extend(texture::pack(&image));
-            let wraps = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
-            for (u, v) in wraps.iter().flat_map(|&u| wraps.iter().map(move |&v| (u, v))) {
-                for filter in [Filter::Linear, Filter::Nearest] {
-                    for encoding in [Encoding::Linear, Encoding::Srgb] {
-                        let record = texture::record(&image, [u, v], filter, encoding, first_row);
-                        if is_wanted(&record) && !pages.records.contains(&record) {
-                            pages.records.push(record);
-                            pages.largest.push(if record.flags & TEXTURE_HALF != 0 { 100.0 } else { 1.0 });
-                        }
-                    }
-                }
+            for (minify, encoding) in
+                minify.iter().flat_map(|&m| [Encoding::Linear, Encoding::Srgb].map(|encoding| (m, encoding)))
+            {
+                pages.add(&image, minify, encoding, is_wanted);
             }
         }
     }
     pages
+}
+
+impl Pages {
+    fn add(
+        &mut self,
+        image: &Image,
+        minify: Option<Minify>,
+        encoding: Encoding,
+        is_wanted: fn(&TextureRecord) -> bool,
+    ) {
+        let has_levels = minify.is_some();
+        let before = if has_levels { texture::mip::OFFSET_ROWS } else { 0 };
+        let page = texture::Page { first_row: (self.texels.len() + before) as u32, has_levels };
+        self.texels.extend(if has_levels {
+            texture::pack_levels(image, encoding, false)
+        } else {
+            texture::pack(image)
+        });
+        let wraps = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+        for (u, v) in wraps.iter().flat_map(|&u| wraps.iter().map(move |&v| (u, v))) {
+            for filter in [Filter::Linear, Filter::Nearest] {
+                let record = texture::record(image, [u, v], filter, minify, encoding, page);
+                if is_wanted(&record) {
+                    self.records.push(record);
+                    self.largest.push(if record.flags & TEXTURE_HALF != 0 { 100.0 } else { 1.0 });
+                }
+            }
+        }
+    }
 }
 
 fn coordinate(r: &mut Inputs) -> f32 {
@@ -84,19 +120,10 @@ fn judge(t: &TextureRecord, pages: &Pages, largest: f64, uv: DVec2, got: DVec4) 
 }
 
 fn image_row(name: &str, is_on: bool) -> Probe {
-    let pages = Arc::new(if is_on { pages(|_| true) } else { pages(|t| t.flags == 0) });
+    let pages = Arc::new(if is_on { pages(&[None], |_| true) } else { pages(&[None], |t| t.flags == 0) });
     let count = pages.records.len() as u32;
-    let constants = [
-        ("TEXTURE_WRAP_U_SHIFT", TEXTURE_WRAP_U_SHIFT),
-        ("TEXTURE_WRAP_V_SHIFT", TEXTURE_WRAP_V_SHIFT),
-        ("TEXTURE_NEAREST", TEXTURE_NEAREST),
-        ("TEXTURE_SRGB", TEXTURE_SRGB),
-        ("TEXTURE_HALF", TEXTURE_HALF),
-    ];
-    let mut prelude: String = constants.iter().map(|(n, v)| format!("const uint {n} = {v}u;\n")).collect();
-    prelude += &(TextureRecord::glsl_struct() + &TextureRecord::glsl_loader("textures"));
     let held = pages.clone();
-    let mut row = Probe::judged(
+    let row = Probe::judged(
         name,
         "vec4 v = texture_image(n0, vec2(x1, x2)); y0 = v.x; y1 = v.y; y2 = v.z; y3 = v.w;",
         4,
@@ -107,11 +134,80 @@ fn image_row(name: &str, is_on: bool) -> Probe {
             judge(&held.records[i], &held, held.largest[i], DVec2::new(x[1].into(), x[2].into()), got)
         },
     )
-    .because("eps (8 + 4 (W + H)) of the largest texel: the rest of a coordinate times the size is rounded once")
-    .prelude(&prelude)
-    .table("textures", bytemuck::cast_slice(&pages.records).to_vec())
-    .table("texels", pages.texels.clone())
-    .files(&["texture/image.glsl"]);
+    .because("eps (8 + 4 (W + H)) of the largest texel: the rest of a coordinate times the size is rounded once");
+    over_pages(row, &pages, is_on)
+}
+
+/// Footprints of any area.
+fn footprint_row() -> Probe {
+    let pages = Arc::new(pages(&MINIFY.map(Some), |t| {
+        // The same wrap on both axes: `texture_image` has them all.
+        (t.flags >> TEXTURE_WRAP_U_SHIFT) & 3 == (t.flags >> TEXTURE_WRAP_V_SHIFT) & 3
+    }));
+    let count = pages.records.len() as u32;
+    let held = pages.clone();
+    let area = |r: &mut Inputs| match r.below(8) {
+        0 => r.pick(&[0.0, f32::NAN, f32::INFINITY, -1.0, 1e-30, 1e30, 1.0]),
+        // Whole levels of the sizes.
+        1 => (r.below(12) as f32 - 12.0).exp2(),
+        _ => r.log(1e-8, 4.0),
+    };
+    let row = Probe::judged(
+        "texture_image_footprint",
+        "vec4 v = texture_image_footprint(n0, vec2(x1, x2), x3); y0 = v.x; y1 = v.y; y2 = v.z; y3 = v.w;",
+        4,
+        move |r: &mut Inputs| [f32::from_bits(r.below(count)), coordinate(r), coordinate(r), area(r)],
+        move |x, y| {
+            let i = x[0].to_bits() as usize;
+            let got = DVec4::new(y[0].into(), y[1].into(), y[2].into(), y[3].into());
+            let uv = DVec2::new(x[1].into(), x[2].into());
+            judge_footprint(&held.records[i], &held, held.largest[i], uv, x[3].into(), got)
+        },
+    )
+    .because(
+        "as texture_image, and 40 eps of the largest texel for the level: a logarithm of 22 bits and two products",
+    );
+    over_pages(row, &pages, true)
+}
+
+/// Error over bound. Where the filter or the nearest level changes within the rounding of the area, either side is right.
+fn judge_footprint(t: &TextureRecord, pages: &Pages, largest: f64, uv: DVec2, area: f64, got: DVec4) -> f64 {
+    let allowed = EPS * largest * (48.0 + 4.0 * f64::from(t.width + t.height));
+    let mut error = f64::INFINITY;
+    for k in [0.0, -8.0, 8.0] {
+        for (a, b) in [0.0, -1.0, 1.0].iter().flat_map(|&a| [0.0, -1.0, 1.0].map(|b| (a, b))) {
+            let at = uv + 2.0 * EPS * DVec2::new(a, b);
+            let v = texture::mip::lookup_footprint(t, &pages.texels, at, area * (1.0 + k * EPS));
+            error = error.min((v - got).abs().max_element());
+            if error <= allowed {
+                break;
+            }
+        }
+    }
+    let is_out = got.min_element() < -4.0 * EPS * largest || got.max_element() > largest * (1.0 + 8.0 * EPS);
+    if is_out || !got.is_finite() { f64::INFINITY } else { error / allowed }
+}
+
+/// The row with its tables and the functions that read them.
+fn over_pages(row: Probe, pages: &Pages, is_on: bool) -> Probe {
+    let constants = [
+        ("TEXTURE_WRAP_U_SHIFT", TEXTURE_WRAP_U_SHIFT),
+        ("TEXTURE_WRAP_V_SHIFT", TEXTURE_WRAP_V_SHIFT),
+        ("TEXTURE_NEAREST", TEXTURE_NEAREST),
+        ("TEXTURE_SRGB", TEXTURE_SRGB),
+        ("TEXTURE_HALF", TEXTURE_HALF),
+        ("TEXTURE_WIDE", TEXTURE_WIDE),
+        ("TEXTURE_MIPS", TEXTURE_MIPS),
+        ("TEXTURE_MIP_NEAREST", TEXTURE_MIP_NEAREST),
+        ("TEXTURE_MIN_NEAREST", TEXTURE_MIN_NEAREST),
+    ];
+    let mut prelude: String = constants.iter().map(|(n, v)| format!("const uint {n} = {v}u;\n")).collect();
+    prelude += &(TextureRecord::glsl_struct() + &TextureRecord::glsl_loader("textures"));
+    let mut row = row
+        .prelude(&prelude)
+        .table("textures", bytemuck::cast_slice(&pages.records).to_vec())
+        .table("texels", pages.texels.clone())
+        .files(&["texture/image.glsl"]);
     for name in MACROS {
         row = row.define(name, u32::from(is_on));
     }
@@ -162,6 +258,7 @@ pub fn probes() -> Vec<Probe> {
     vec![
         image_row("texture_image", true),
         image_row("texture_image least text", false),
+        footprint_row(),
         decode,
         checker_row(),
         Probe::real(

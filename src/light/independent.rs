@@ -105,6 +105,7 @@ fn decode(pixels: &scene::Pixels) -> Vec<DVec3> {
         scene::Pixels::RgbF32(data) => {
             data.chunks_exact(3).map(|p| DVec3::new(p[0].into(), p[1].into(), p[2].into())).collect()
         }
+        scene::Pixels::Rgba16(_) => unreachable!("read_sky gives floats"),
         scene::Pixels::Rgba8(data) => {
             data.chunks_exact(4).map(|p| DVec3::new(linear(p[0]), linear(p[1]), linear(p[2]))).collect()
         }

@@ -5,10 +5,10 @@
 use super::Prepared;
 use super::pattern::{Node, Role, Structure};
 use super::records::*;
-use crate::bsdf;
 use crate::camera;
 use crate::integrator::{Estimator, IntegratorKind, SamplerKind, Settings};
 use crate::light;
+use crate::{bsdf, texture};
 
 /// Derived once by `Features::of`.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +47,9 @@ pub struct Features {
     pub image_textures: bool,
     pub checker_textures: bool,
     pub texture_half: bool,
+    pub texture_wide: bool,
+    /// Some texture is read by footprint: paths carry a cone.
+    pub texture_mips: bool,
     pub texture_srgb: bool,
     pub texture_nearest: bool,
     pub texture_mirror: bool,
@@ -63,7 +66,7 @@ impl Features {
         let mut lights: Vec<usize> = p.lights.iter().filter(|_| uses_lights).map(|l| l.kind as usize).collect();
         lights.sort_unstable();
         lights.dedup();
-        let texture = |bit: u32| p.textures.iter().any(|t| t.flags & bit != 0);
+        let has_texture = |bit: u32| p.textures.iter().any(|t| t.flags & bit != 0);
         let wrap = |mode: u32| {
             p.textures
                 .iter()
@@ -99,9 +102,11 @@ impl Features {
             bsdf_macros: p.bsdf_macros.clone(),
             image_textures: false,
             checker_textures: false,
-            texture_half: texture(TEXTURE_HALF),
-            texture_srgb: texture(TEXTURE_SRGB),
-            texture_nearest: texture(TEXTURE_NEAREST),
+            texture_half: has_texture(TEXTURE_HALF),
+            texture_wide: has_texture(TEXTURE_WIDE),
+            texture_mips: p.textures.iter().any(texture::follows_footprint),
+            texture_srgb: has_texture(TEXTURE_SRGB),
+            texture_nearest: has_texture(TEXTURE_NEAREST | TEXTURE_MIN_NEAREST),
             texture_mirror: wrap(1),
             texture_clamp: wrap(2),
             structures: p.structures.clone(),
@@ -141,6 +146,8 @@ impl Features {
             &mut self.image_textures,
             &mut self.checker_textures,
             &mut self.texture_half,
+            &mut self.texture_wide,
+            &mut self.texture_mips,
             &mut self.texture_srgb,
             &mut self.texture_nearest,
             &mut self.texture_mirror,
@@ -234,6 +241,8 @@ impl Features {
             ("HAS_MEDIA", self.media),
             ("HAS_TRANSMISSION", self.transmission),
             ("TEXTURE_HAS_HALF", self.texture_half),
+            ("TEXTURE_HAS_WIDE", self.texture_wide),
+            ("TEXTURE_HAS_MIPS", self.texture_mips),
             ("TEXTURE_HAS_SRGB", self.texture_srgb),
             ("TEXTURE_HAS_NEAREST", self.texture_nearest),
             ("TEXTURE_HAS_MIRROR", self.texture_mirror),

@@ -165,6 +165,8 @@ fn sky_texels(image: &scene::Image, notes: &mut Vec<String>) -> Result<Vec<SkyTe
     let decoded: Vec<[f32; 3]> = match &image.pixels {
         scene::Pixels::RgbF32(data) => data.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect(),
         scene::Pixels::Rgba8(data) => data.chunks_exact(4).map(|p| [p[0], p[1], p[2]].map(srgb_to_linear)).collect(),
+        // `image_file::read_sky` gives floats; no other image becomes a sky.
+        scene::Pixels::Rgba16(_) => Vec::new(),
     };
     let count = image.width as usize * image.height as usize;
     if count == 0 || count > 1 << 31 || decoded.len() != count {

@@ -1,6 +1,6 @@
 //! Materials resolved: patterns and their constants, texture pages, media, and what of it the vertices must carry.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ use super::geometry::Wanted;
 use super::pattern::{Context, Node, Patterns, Role, Structure};
 use super::records::*;
 use crate::bsdf;
-use crate::scene::{Alpha, Image, Material, Mesh, Pixels, Scene, Texture, Value};
+use crate::scene::{Alpha, Encoding, Image, Material, Mesh, Pixels, Scene, Texture, TextureFilter, Value};
 use crate::{math, texture};
 
 /// What `prepare` needs of the materials.
@@ -160,22 +160,53 @@ fn resolve_curves(m: &Material) -> Vec<Value> {
 
 /// Packs every image texture once an image; returns the table row of each scene texture.
 fn pack_textures(scene: &Scene, r: &mut Resolved) -> Vec<Option<u32>> {
-    let mut pages: HashMap<usize, u32> = HashMap::new();
+    let mut pages: HashMap<(usize, Option<(Encoding, bool)>), texture::Page> = HashMap::new();
+    let by_alpha = presence_textures(scene);
     scene
         .textures
         .iter()
-        .map(|t| {
-            let Texture::Image { image, wrap, filter, encoding } = t else { return None };
+        .enumerate()
+        .map(|(number, t)| {
+            let Texture::Image { image, wrap, filter, minify, encoding } = t else { return None };
             let pixels = &scene.images[*image];
-            let first_row = *pages.entry(*image).or_insert_with(|| {
-                let first = r.texels.len() as u32;
-                r.texels.extend(texture::pack(pixels));
-                first
+            let minify = (scene.texture_filter == TextureFilter::Mipmap).then_some(*minify);
+            let levels = minify.and_then(|m| m.levels).map(|_| (*encoding, by_alpha.contains(&number)));
+            let page = *pages.entry((*image, levels)).or_insert_with(|| {
+                let rows = match levels {
+                    Some((encoding, is_weighted)) => texture::pack_levels(pixels, encoding, is_weighted),
+                    None => texture::pack(pixels),
+                };
+                let before = if levels.is_some() { texture::mip::OFFSET_ROWS } else { 0 };
+                let first_row = (r.texels.len() + before) as u32;
+                r.texels.extend(rows);
+                texture::Page { first_row, has_levels: levels.is_some() }
             });
-            r.textures.push(texture::record(pixels, *wrap, *filter, *encoding, first_row));
+            r.textures.push(texture::record(pixels, *wrap, *filter, minify, *encoding, page));
             Some(r.textures.len() as u32 - 1)
         })
         .collect()
+}
+
+/// Textures whose alpha says where a surface is.
+fn presence_textures(scene: &Scene) -> HashSet<usize> {
+    fn collect(value: &Value, found: &mut HashSet<usize>) {
+        match value {
+            Value::Texture { texture, .. } => drop(found.insert(*texture)),
+            Value::Multiply(a, b) => {
+                collect(a, found);
+                collect(b, found);
+            }
+            Value::Channel(a, _) => collect(a, found),
+            Value::Constant(_) | Value::Curve(_) | Value::VertexColor => {}
+        }
+    }
+    let mut found = HashSet::new();
+    for material in &scene.materials {
+        if let Alpha::Mask { value, .. } | Alpha::Blend { value } = &material.alpha {
+            collect(value, &mut found);
+        }
+    }
+    found
 }
 
 /// Mean of a value over its textures, linear; of a product the product of the means. Only the choice of lights depends on it.
@@ -188,23 +219,24 @@ fn mean(value: &Value, scene: &Scene) -> DVec3 {
         Value::Texture { texture, .. } => match &scene.textures[*texture] {
             Texture::Constant(c) => DVec3::new(c[0], c[1], c[2]),
             Texture::Checker { a, b, .. } => DVec3::from_slice(&a[..3]).lerp(DVec3::from_slice(&b[..3]), 0.5),
-            Texture::Image { image, encoding, .. } => {
-                image_mean(&scene.images[*image], *encoding == crate::scene::Encoding::Srgb)
-            }
+            Texture::Image { image, encoding, .. } => image_mean(&scene.images[*image], *encoding == Encoding::Srgb),
         },
     }
 }
 
 fn image_mean(image: &Image, is_srgb: bool) -> DVec3 {
     let count = (f64::from(image.width) * f64::from(image.height)).max(1.0);
+    let decode = |x: f64| if is_srgb { math::special::srgb_decode(x) } else { x };
     let sum = match &image.pixels {
-        Pixels::Rgba8(bytes) => bytes.chunks_exact(4).fold(DVec3::ZERO, |sum, p| {
-            let decode = |b: u8| {
-                let x = f64::from(b) / 255.0;
-                if is_srgb { math::special::srgb_decode(x) } else { x }
-            };
-            sum + DVec3::new(decode(p[0]), decode(p[1]), decode(p[2]))
-        }),
+        Pixels::Rgba8(bytes) => {
+            let table: Vec<f64> = (0..=255u8).map(|b| decode(f64::from(b) / 255.0)).collect();
+            let rgb = |p: &[u8]| DVec3::new(table[p[0] as usize], table[p[1] as usize], table[p[2] as usize]);
+            bytes.chunks_exact(4).map(rgb).sum()
+        }
+        Pixels::Rgba16(words) => {
+            let rgb = |p: &[u16]| DVec3::new(p[0].into(), p[1].into(), p[2].into()) / 65535.0;
+            words.chunks_exact(4).map(|p| rgb(p).map(decode)).sum()
+        }
         Pixels::RgbF32(floats) => {
             floats.chunks_exact(3).fold(DVec3::ZERO, |sum, p| sum + DVec3::new(p[0].into(), p[1].into(), p[2].into()))
         }

@@ -132,8 +132,10 @@ impl Compiler<'_> {
 
 impl Structure {
     /// GLSL statements (`vec4 vN = ...;`) and the name of each output's variable. `data` and `point` are in scope.
-    pub fn glsl(&self) -> (String, Vec<String>) {
-        let mut writer = Writer { text: String::new(), names: HashMap::new() };
+    /// With footprints, what shades reads them; emission and presence are looked up at a point (texture/mip.rs).
+    pub fn glsl(&self, has_footprints: bool) -> (String, Vec<String>) {
+        let has_footprints = has_footprints && matches!(self.role, Role::Bsdf(_) | Role::Normal);
+        let mut writer = Writer { text: String::new(), names: HashMap::new(), has_footprints };
         let outputs = self.outputs.iter().map(|n| writer.name(n)).collect();
         (writer.text, outputs)
     }
@@ -157,6 +159,7 @@ impl Structure {
 struct Writer {
     text: String,
     names: HashMap<Node, String>,
+    has_footprints: bool,
 }
 
 impl Writer {
@@ -169,6 +172,14 @@ impl Writer {
         };
         let expression = match node {
             Node::Constant { row } => format!("pattern_constant(data + {row}u)"),
+            Node::Image { row, uv_set, is_transformed } if self.has_footprints => {
+                let scale = if *is_transformed { format!(" * pattern_uv_scale(data + {row}u)") } else { String::new() };
+                format!(
+                    "texture_image_footprint(material_data_row(data + {row}u).x, {}, point.areas.{}{scale})",
+                    uv(*row, *uv_set, *is_transformed),
+                    ["x", "y"][usize::from(*uv_set)]
+                )
+            }
             Node::Image { row, uv_set, is_transformed } => {
                 format!("texture_image(material_data_row(data + {row}u).x, {})", uv(*row, *uv_set, *is_transformed))
             }
@@ -201,6 +212,7 @@ mod tests {
             image: 0,
             wrap: [crate::scene::Wrap::Repeat; 2],
             filter: crate::scene::Filter::Linear,
+            minify: crate::scene::Minify::default(),
             encoding: crate::scene::Encoding::Linear,
         }];
         let context = Context { textures: &textures, texture_rows: &[Some(7)] };
@@ -218,7 +230,7 @@ mod tests {
         assert_eq!(patterns.structures.len(), 1);
         assert_eq!(patterns.rows[rows_a as usize][0], 0.5f32.to_bits());
         assert_eq!(patterns.rows[rows_b as usize][0], 0.25f32.to_bits());
-        let (text, outputs) = patterns.structures[0].glsl();
+        let (text, outputs) = patterns.structures[0].glsl(false);
         assert_eq!(text.matches("texture_image(").count(), 1, "{text}");
         assert_eq!(outputs.len(), 2);
     }

@@ -31,6 +31,9 @@ gpu_record! {
         focus_distance: f32,
         /// Position in `camera::MODELS`.
         kind: u32,
+        /// Ray cone of a pixel: diameter where rays start, m, and what it grows by a metre.
+        cone: [f32; 2],
+        reserved: [u32; 2],
     }
 }
 
@@ -185,6 +188,14 @@ pub const TEXTURE_NEAREST: u32 = 16;
 pub const TEXTURE_SRGB: u32 = 32;
 /// Texels are RGBA16F, 2 a row; else RGBA8, 4 a row.
 pub const TEXTURE_HALF: u32 = 64;
+/// Texels are RGBA16 (unsigned, normalised), 2 a row.
+pub const TEXTURE_WIDE: u32 = 128;
+/// The four rows before `first_row` hold how many rows after it each level begins (texture/mip.rs).
+pub const TEXTURE_MIPS: u32 = 256;
+/// The nearest level is read; else the two around are mixed.
+pub const TEXTURE_MIP_NEAREST: u32 = 512;
+/// The nearest texel where the footprint is larger than one; TEXTURE_NEAREST says it for smaller ones.
+pub const TEXTURE_MIN_NEAREST: u32 = 1024;
 
 gpu_record! {
     /// One light. Triangles and spheres copy their geometry, so that sampling reads one record. Front is counter-clockwise, outside.

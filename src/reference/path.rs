@@ -15,6 +15,7 @@ use crate::integrator::path::{power_heuristic, survival_probability};
 use crate::integrator::{Estimator, Settings};
 use crate::prepare::records::NONE;
 use crate::sampler::{self, Purpose};
+use crate::texture::CONE_SHARE;
 
 /// Where the numbers of one sample come from.
 pub trait Random {
@@ -60,6 +61,8 @@ pub trait World: Sync {
     fn filter_offset(&self, u: f64) -> f64;
     /// The start of a sample through a film position in pixels, row 0 on top.
     fn camera_start(&self, film: DVec2, random: &Self::Stream) -> Start;
+    /// Diameter of a pixel's ray cone where rays start, m, and its growth a metre.
+    fn camera_cone(&self) -> DVec2;
     fn camera_medium(&self) -> u32;
     fn tree(&self) -> &Tree;
     /// Some hit may be passed through.
@@ -145,7 +148,13 @@ pub fn trace<W: World>(
     let center = DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + 0.5;
     let offset = [sampler::PIXEL_X, sampler::PIXEL_Y].map(|purpose| world.filter_offset(random.unit(0, purpose)));
     let start = world.camera_start(center + DVec2::from(offset), random);
-    let mut ray = Ray { origin: start.origin, direction: start.direction, leaves: NONE, ignores: NONE };
+    let mut ray = Ray {
+        origin: start.origin,
+        direction: start.direction,
+        leaves: NONE,
+        ignores: NONE,
+        cone: world.camera_cone(),
+    };
     let mut medium = world.camera_medium();
     let mut throughput = DVec3::splat(start.weight);
     let mut eta_scale = 1.0;
@@ -250,6 +259,7 @@ pub fn trace<W: World>(
                     direction: light.direction,
                     leaves: hit.primitive,
                     ignores: light.primitive,
+                    cone: DVec2::ZERO,
                 };
                 sample.rays += 1;
                 if !is_blocked(world, random, &shadow, light.distance, vertex) {
@@ -289,7 +299,11 @@ pub fn trace<W: World>(
         if scattered.flags & SAMPLE_TRANSMISSION != 0 {
             medium = beyond(wi);
         }
-        ray = Ray { origin: surface.point, direction: wi, leaves: hit.primitive, ignores: NONE };
+        // A smooth surface keeps the growth of the cone, a rough one widens it.
+        let share = f64::from(CONE_SHARE) / scattered.pdf.sqrt();
+        let growth = if scatter_pdf.is_some() { ray.cone.y.max(share) } else { ray.cone.y };
+        let cone = DVec2::new(ray.cone.x + ray.cone.y * hit.t, growth);
+        ray = Ray { origin: surface.point, direction: wi, leaves: hit.primitive, ignores: NONE, cone };
         // 8. Roulette.
         if edge >= settings.first_roulette_edge() {
             let q = survival_probability(throughput, eta_scale);

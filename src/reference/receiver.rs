@@ -1,6 +1,6 @@
 //! Light sampling at a meter that collects from a hemisphere (`camera::Start::receiver`): the first vertex of its paths.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::path::{World, is_blocked, transmittance};
 use super::tree::Ray;
@@ -27,7 +27,13 @@ pub(super) fn receive<W: World>(
     if light.density.is_nan() || light.density <= 0.0 || density <= 0.0 || light.radiance == DVec3::ZERO {
         return none;
     }
-    let shadow = Ray { origin: start.origin, direction: light.direction, leaves: NONE, ignores: light.primitive };
+    let shadow = Ray {
+        origin: start.origin,
+        direction: light.direction,
+        leaves: NONE,
+        ignores: light.primitive,
+        cone: DVec2::ZERO,
+    };
     if is_blocked(world, random, &shadow, light.distance, 0) {
         return (DVec3::ZERO, 1);
     }

@@ -129,7 +129,10 @@ pub fn textured(size: u32) -> Scene {
         })
         .collect();
     s.images.push(Image { name: "grid".to_owned(), width, height, pixels: Pixels::Rgba8(bytes.into()) });
-    let image = |filter, encoding, wrap| Texture::Image { image: 1, wrap: [wrap; 2], filter, encoding };
+    let image = |filter, encoding, wrap| {
+        let minify = Minify { filter, ..Minify::default() };
+        Texture::Image { image: 1, wrap: [wrap; 2], filter, minify, encoding }
+    };
     s.textures.push(image(Filter::Linear, Encoding::Srgb, Wrap::Repeat));
     s.textures.push(image(Filter::Nearest, Encoding::Linear, Wrap::Mirror));
     s.textures.push(Texture::Checker { a: [0.8; 4], b: [0.1, 0.1, 0.3, 1.0], scale: [4.0, 4.0] });
@@ -158,6 +161,48 @@ pub fn textured(size: u32) -> Scene {
         DVec3::new(0.0, 0.4, 1.0),
     );
     place(&mut s, "globe", Shape::Sphere, turned, painted(look_up(0, 1.0, 0.0)));
+    s
+}
+
+/// Pictures seen far smaller than their texels, read by footprints: a floor to the horizon, mirrored, turned and by normal map.
+pub fn mipmapped(size: u32) -> Scene {
+    let mut s = textured(size);
+    s.name = "mipmapped".to_owned();
+    s.texture_filter = TextureFilter::Mipmap;
+    // Odd sizes, and an alpha that colours are weighed by.
+    let (width, height) = (53u32, 37u32);
+    let bytes: Vec<u8> = (0..width * height)
+        .flat_map(|k| {
+            let (x, y) = (k % width, k / width);
+            let is_odd = (x / 3 + y / 2) % 2 == 1;
+            [if is_odd { 230 } else { 20 }, (5 * x % 256) as u8, (7 * y % 256) as u8, if is_odd { 255 } else { 90 }]
+        })
+        .collect();
+    s.images.push(Image { name: "fine".to_owned(), width, height, pixels: Pixels::Rgba8(bytes.into()) });
+    let image = s.images.len() - 1;
+    let first = s.textures.len();
+    for (encoding, levels) in [(Encoding::Srgb, Some(Filter::Linear)), (Encoding::Linear, Some(Filter::Nearest))] {
+        let minify = Minify { filter: Filter::Linear, levels };
+        s.textures.push(Texture::Image { image, wrap: [Wrap::Repeat; 2], filter: Filter::Nearest, minify, encoding });
+    }
+    let look_up = |texture: usize, scale: f64| Value::Texture {
+        texture: first + texture,
+        uv_set: 0,
+        uv_transform: glam::DAffine2::from_scale_angle_translation(
+            glam::DVec2::new(scale, 0.7 * scale),
+            0.2,
+            glam::DVec2::new(0.1, 0.3),
+        ),
+    };
+    s.materials[s.instances[0].material] = material("lambert", &[("albedo", look_up(0, 9.0))]);
+    let ball = s.instances[1].material;
+    s.materials[ball] = material("lambert", &[("albedo", Value::rgb(0.5, 0.6, 0.7))]);
+    s.materials[ball].normal_map = Some((look_up(1, 3.0), 0.2));
+    let mut sheet = material("lambert", &[("albedo", look_up(0, 4.0))]);
+    sheet.alpha = Alpha::Blend { value: Value::Channel(Box::new(look_up(0, 4.0)), 3) };
+    place(&mut s, "sheet", Shape::Rectangle, wall(DVec3::new(0.0, 1.0, -1.5), DVec3::Z, [1.5, 0.6]), sheet);
+    let mirror = material("conductor", &[("roughness", Value::scalar(0.0))]);
+    place(&mut s, "mirror", Shape::Rectangle, wall(DVec3::new(-1.8, 0.8, 0.2), DVec3::X, [0.8, 0.8]), mirror);
     s
 }
 

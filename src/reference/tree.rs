@@ -6,7 +6,7 @@
 //! ch. 7), discs by the plane and the distance from the centre. No epsilon: a ray names the primitive it leaves. A plane cannot be hit again from itself; a sphere can be hit
 //! only on its far side, and only when the ray goes inside. Boxes are widened as in Ize 2013. Tests below: brute force.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::prepare::records::NONE;
 
@@ -20,6 +20,8 @@ pub struct Ray {
     pub leaves: u32,
     /// A primitive the ray passes through unseen (the light that a shadow ray aims at), or NONE.
     pub ignores: u32,
+    /// Diameter of its cone at the origin, m, and growth a metre.
+    pub cone: DVec2,
 }
 
 impl Ray {
@@ -379,7 +381,7 @@ fn split_median(items: &mut [(u32, Shape, Bounds)]) -> usize {
 
 /// Ray from the origin of nothing in particular: no primitive left, none ignored.
 pub fn free_ray(origin: DVec3, direction: DVec3) -> Ray {
-    Ray { origin, direction, leaves: NONE, ignores: NONE }
+    Ray { origin, direction, leaves: NONE, ignores: NONE, cone: DVec2::ZERO }
 }
 
 #[cfg(test)]

@@ -37,6 +37,7 @@ pub struct Scene {
     pub sky: Option<Sky>,
     /// What `measure` measures.
     pub sensors: Vec<Sensor>,
+    pub texture_filter: TextureFilter,
     /// Names of the material variants its file offers.
     pub variants: Vec<String>,
     /// Lights that no surface carries.
@@ -154,6 +155,8 @@ pub struct Image {
 pub enum Pixels {
     /// 4 bytes a pixel; whether they are sRGB-encoded is said by the texture that uses them.
     Rgba8(Arc<Vec<u8>>),
+    /// 4 numbers of 16 bits a pixel, encoded as those of `Rgba8`.
+    Rgba16(Arc<Vec<u16>>),
     /// Linear RGB, 3 floats a pixel.
     RgbF32(Arc<Vec<f32>>),
 }
@@ -165,6 +168,7 @@ pub enum Texture {
         image: usize,
         wrap: [Wrap; 2],
         filter: Filter,
+        minify: Minify,
         encoding: Encoding,
     },
     /// Squares of `a` and `b`, `scale` squares a unit of u and of v; `a` where floor(u s) + floor(v s) is even.
@@ -189,7 +193,33 @@ pub enum Filter {
     Linear,
 }
 
-/// How 8-bit colour channels become linear; alpha is always linear.
+/// How a texture wants to be read where several of its texels fall into a footprint; see `TextureFilter`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Minify {
+    /// Among the texels of a level.
+    pub filter: Filter,
+    /// Among the levels; None reads level 0 always.
+    pub levels: Option<Filter>,
+}
+
+impl Default for Minify {
+    /// Trilinear.
+    fn default() -> Self {
+        Self { filter: Filter::Linear, levels: Some(Filter::Linear) }
+    }
+}
+
+/// What a look-up of an image stands for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, clap::ValueEnum)]
+pub enum TextureFilter {
+    /// The picture at a point: pixels are averaged by their samples, without bias.
+    #[default]
+    Exact,
+    /// A mean over the ray's footprint where a texture's sampler asks for it: less noise and a bias (texture/mip.rs).
+    Mipmap,
+}
+
+/// How encoded colour channels (8 or 16 bits) become linear; alpha is always linear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Encoding {
     Srgb,

@@ -149,7 +149,7 @@ pub fn assemble(
         source = file(source, &stem);
     }
     source = source.part("<cameras>", dispatch::cameras(f));
-    for stem in ["visibility", "emission", "scatter", "tally"] {
+    for stem in ["footprint", "visibility", "emission", "scatter", "tally"] {
         source = file(source, &format!("integrator/{stem}"));
     }
     if f.receiver() {
@@ -178,6 +178,7 @@ fn head(f: &Features, tables: &[(&'static str, TableBody)]) -> String {
     }
     text += PUSH_GLSL;
     text += &format!("const uint BVH_STACK = {}u;\n", f.bvh_stack);
+    text += &format!("const float CONE_SHARE = {:?};\n", crate::texture::CONE_SHARE);
     for ((binding, (name, body)), entry) in tables.iter().enumerate().zip(f.tables()) {
         text += &body.glsl(name, binding as u32);
         if let Some(loader) = entry.loader {

@@ -17,6 +17,12 @@ vec2 pattern_uv(vec2 uv, uint row) {
     vec4 m = pattern_constant(row + 1u);
     return vec2(m.x * uv.x + m.y * uv.y + t.y, m.z * uv.x + m.w * uv.y + t.z);
 }
+
+// By what `pattern_uv` scales areas.
+float pattern_uv_scale(uint row) {
+    vec4 m = pattern_constant(row + 1u);
+    return abs(m.x * m.w - m.y * m.z);
+}
 ";
 
 /// The struct of lobe slots: one a model kind in the scene, and which of them the material uses.
@@ -58,7 +64,7 @@ pub fn patterns(f: &Features) -> String {
             Role::Alpha => (format!("float pattern_{number}(uint data, SurfacePoint point)"), 2),
             Role::Normal => (format!("vec3 pattern_{number}(uint data, SurfacePoint point)"), 3),
         };
-        text += &format!("{signature} {{\n{}}}\n\n", body(structure));
+        text += &format!("{signature} {{\n{}}}\n\n", body(structure, f.texture_mips));
         cases[role].push((number, format!("pattern_{number}")));
     }
     text += &choice(
@@ -87,8 +93,8 @@ pub fn patterns(f: &Features) -> String {
     text
 }
 
-fn body(structure: &Structure) -> String {
-    let (mut text, outputs) = structure.glsl();
+fn body(structure: &Structure, has_footprints: bool) -> String {
+    let (mut text, outputs) = structure.glsl(has_footprints);
     match structure.role {
         Role::Bsdf(model) => {
             let model = &bsdf::MODELS[model];

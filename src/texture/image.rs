@@ -1,16 +1,17 @@
 //! Image textures (`type = "image"`): packed pages and their bilinear lookup in f64. GLSL: shaders/texture/image.glsl.
 //!
-//! Pages: 8-bit images stay RGBA8 (4 texels a row of 16 bytes), float images become RGBA16F (2 a row). Texel (i, j) has its
-//! centre at ((i + 0.5) / width, (j + 0.5) / height), v runs down from the top row (glTF 2.0, section 3.8). 8-bit colour of an
-//! sRGB texture is decoded before it is filtered. Wrap per axis: repeat, mirror, clamp, for any coordinate; NaN and infinity
-//! read as 0. No mip levels: a texture is sampled as often as the film is.
+//! Pages: 8-bit images stay RGBA8 (4 texels a row of 16 bytes), 16-bit ones RGBA16 and float images RGBA16F (2 a row). Texel
+//! (i, j) has its centre at ((i + 0.5) / width, (j + 0.5) / height), v runs down from the top row (glTF 2.0, section 3.8). The
+//! colour of an sRGB texture is decoded before it is filtered. Wrap per axis: repeat, mirror, clamp, for any coordinate; NaN and
+//! infinity read as 0. Levels of detail: `mip`; they are off unless a scene asks, for a picture converges to the exact mean over its
+//! pixels without them.
 
 use glam::{DVec2, DVec4};
 use half::f16;
 
 use crate::math::special::srgb_decode;
 use crate::prepare::records::*;
-use crate::scene::{Encoding, Filter, Image, Pixels, Wrap};
+use crate::scene::{Encoding, Filter, Image, Minify, Pixels, Wrap};
 
 /// The page of an image, to be appended to table `texels`. Pixels that the image lacks are 0; halves saturate at 65504, and
 /// NaN becomes 0.
@@ -22,41 +23,80 @@ pub fn pack(image: &Image) -> Vec<[u32; 4]> {
                 |i: usize| bytes.get(4 * i..4 * i + 4).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
             (0..count).map(texel).collect()
         }
+        Pixels::Rgba16(words) => {
+            let texel = |i: usize| words.get(4 * i..4 * i + 4).map_or([0; 2], |w| pair([w[0], w[1], w[2], w[3]]));
+            (0..count).flat_map(texel).collect()
+        }
         Pixels::RgbF32(floats) => {
-            let half = |x: Option<&f32>| {
-                let x = x.copied().filter(|x| !x.is_nan()).unwrap_or(0.0);
-                u32::from(f16::from_f32(x.clamp(-65504.0, 65504.0)).to_bits())
-            };
-            let one = u32::from(f16::ONE.to_bits());
-            let texel = |i: usize| {
-                let [r, g, b] = [0, 1, 2].map(|c| half(floats.get(3 * i + c)));
-                [r | (g << 16), b | (one << 16)]
-            };
+            let texel = |i: usize| halves([0, 1, 2].map(|c| floats.get(3 * i + c).copied().unwrap_or(0.0)));
             (0..count).flat_map(texel).collect()
         }
     };
+    rows(&words)
+}
+
+/// Words to rows, the last one filled up with 0.
+pub(super) fn rows(words: &[u32]) -> Vec<[u32; 4]> {
     words.chunks(4).map(|c| std::array::from_fn(|k| c.get(k).copied().unwrap_or(0))).collect()
 }
 
-/// The record of a texture whose page starts at `first_row` of table `texels`.
-pub fn record(image: &Image, wrap: [Wrap; 2], filter: Filter, encoding: Encoding, first_row: u32) -> TextureRecord {
+pub(super) fn pair([r, g, b, a]: [u16; 4]) -> [u32; 2] {
+    [u32::from(r) | (u32::from(g) << 16), u32::from(b) | (u32::from(a) << 16)]
+}
+
+/// RGB and 1 as half floats.
+pub(super) fn halves(rgb: [f32; 3]) -> [u32; 2] {
+    let half = |x: f32| f16::from_f32(if x.is_nan() { 0.0 } else { x.clamp(-65504.0, 65504.0) }).to_bits();
+    let [r, g, b] = rgb.map(half);
+    pair([r, g, b, f16::ONE.to_bits()])
+}
+
+/// Where a page stands in table `texels`.
+#[derive(Clone, Copy, Debug)]
+pub struct Page {
+    /// Of level 0.
+    pub first_row: u32,
+    pub has_levels: bool,
+}
+
+/// The record of a texture whose page is `page`. `minify` None reads level 0 as near texels are read.
+pub fn record(
+    image: &Image,
+    wrap: [Wrap; 2],
+    filter: Filter,
+    minify: Option<Minify>,
+    encoding: Encoding,
+    page: Page,
+) -> TextureRecord {
     let code = |w: Wrap| match w {
         Wrap::Repeat => 0,
         Wrap::Mirror => 1,
         Wrap::Clamp => 2,
     };
     let is_half = matches!(image.pixels, Pixels::RgbF32(_));
+    let minify = minify.unwrap_or(Minify { filter, levels: None });
     let mut flags = (code(wrap[0]) << TEXTURE_WRAP_U_SHIFT) | (code(wrap[1]) << TEXTURE_WRAP_V_SHIFT);
-    flags |= if filter == Filter::Nearest { TEXTURE_NEAREST } else { 0 };
-    flags |= if is_half { TEXTURE_HALF } else { 0 };
-    // Float images are linear whatever the texture says.
-    flags |= if encoding == Encoding::Srgb && !is_half { TEXTURE_SRGB } else { 0 };
-    TextureRecord { width: image.width, height: image.height, first_row, flags }
+    for (bit, is_set) in [
+        (TEXTURE_NEAREST, filter == Filter::Nearest),
+        (TEXTURE_HALF, is_half),
+        (TEXTURE_WIDE, matches!(image.pixels, Pixels::Rgba16(_))),
+        // Float images are linear whatever the texture says.
+        (TEXTURE_SRGB, encoding == Encoding::Srgb && !is_half),
+        (TEXTURE_MIN_NEAREST, minify.filter == Filter::Nearest),
+        (TEXTURE_MIPS, page.has_levels && minify.levels.is_some()),
+        (TEXTURE_MIP_NEAREST, page.has_levels && minify.levels == Some(Filter::Nearest)),
+    ] {
+        flags |= if is_set { bit } else { 0 };
+    }
+    TextureRecord { width: image.width, height: image.height, first_row: page.first_row, flags }
 }
 
 /// Linear RGBA at `uv`, from the packed page in `texels`.
 pub fn lookup(t: &TextureRecord, texels: &[[u32; 4]], uv: DVec2) -> DVec4 {
-    let is_nearest = t.flags & TEXTURE_NEAREST != 0;
+    lookup_by(t, texels, uv, t.flags & TEXTURE_NEAREST != 0)
+}
+
+pub(super) fn lookup_by(t: &TextureRecord, texels: &[[u32; 4]], uv: DVec2, is_nearest: bool) -> DVec4 {
     let [x0, x1, fx] = taps(uv.x, t.width, (t.flags >> TEXTURE_WRAP_U_SHIFT) & 3, is_nearest);
     let [y0, y1, fy] = taps(uv.y, t.height, (t.flags >> TEXTURE_WRAP_V_SHIFT) & 3, is_nearest);
     let at = |x: f64, y: f64| texel(t, texels, x as usize, y as usize);
@@ -82,7 +122,7 @@ fn taps(u: f64, size: u32, wrap: u32, is_nearest: bool) -> [f64; 3] {
     [inside(left), inside(left + 1.0), x - 0.5 - left]
 }
 
-fn texel(t: &TextureRecord, texels: &[[u32; 4]], x: usize, y: usize) -> DVec4 {
+pub(super) fn texel(t: &TextureRecord, texels: &[[u32; 4]], x: usize, y: usize) -> DVec4 {
     let index = y * t.width as usize + x;
     let first = t.first_row as usize;
     if t.flags & TEXTURE_HALF != 0 {
@@ -91,9 +131,15 @@ fn texel(t: &TextureRecord, texels: &[[u32; 4]], x: usize, y: usize) -> DVec4 {
         let [rg, ba] = [row[2 * (index % 2)], row[2 * (index % 2) + 1]];
         return DVec4::new(half(rg, 0), half(rg, 16), half(ba, 0), half(ba, 16));
     }
+    let decode = |v: f64| if t.flags & TEXTURE_SRGB != 0 { srgb_decode(v) } else { v };
+    if t.flags & TEXTURE_WIDE != 0 {
+        let row = texels[first + index / 2];
+        let unit = |word: u32, shift: u32| f64::from((word >> shift) & 0xffff) / 65535.0;
+        let [rg, ba] = [row[2 * (index % 2)], row[2 * (index % 2) + 1]];
+        return DVec4::new(decode(unit(rg, 0)), decode(unit(rg, 16)), decode(unit(ba, 0)), unit(ba, 16));
+    }
     let bytes = texels[first + index / 4][index % 4].to_le_bytes();
     let v = bytes.map(|b| f64::from(b) / 255.0);
-    let decode = |v: f64| if t.flags & TEXTURE_SRGB != 0 { srgb_decode(v) } else { v };
     DVec4::new(decode(v[0]), decode(v[1]), decode(v[2]), v[3])
 }
 
@@ -103,6 +149,7 @@ mod tests {
 
     use super::*;
 
+    const PAGE: Page = Page { first_row: 0, has_levels: false };
     const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
 
     fn image(width: u32, height: u32) -> Image {
@@ -138,7 +185,7 @@ mod tests {
             let image = image(width, height);
             let page = pack(&image);
             for (wu, wv) in WRAPS.iter().flat_map(|&a| WRAPS.iter().map(move |&b| (a, b))) {
-                let t = record(&image, [wu, wv], Filter::Linear, Encoding::Linear, 0);
+                let t = record(&image, [wu, wv], Filter::Linear, None, Encoding::Linear, PAGE);
                 for k in 0..500 {
                     let uv = DVec2::new(f64::from(k) * 0.0137 - 3.0, f64::from(k % 97) * 0.071 - 2.5);
                     let (a, b) = (lookup(&t, &page, uv), direct(&image, [wu, wv], uv));
@@ -154,7 +201,7 @@ mod tests {
     #[test]
     fn nearest_takes_the_texel_around_the_point() {
         let image = image(4, 2);
-        let t = record(&image, [Wrap::Repeat; 2], Filter::Nearest, Encoding::Linear, 0);
+        let t = record(&image, [Wrap::Repeat; 2], Filter::Nearest, None, Encoding::Linear, PAGE);
         let page = pack(&image);
         for (u, v, i) in [(0.0, 0.0, 0), (0.26, 0.0, 1), (0.99, 0.6, 7), (-0.01, -0.01, 7), (1.0, 1.0, 0)] {
             assert_eq!(lookup(&t, &page, DVec2::new(u, v)), texel(&t, &page, i % 4, i / 4), "({u}, {v})");
@@ -168,7 +215,7 @@ mod tests {
         let edges = [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e6, -1e6, 1e30, -1e-30, 1.0, -0.0];
         for wrap in WRAPS {
             for filter in [Filter::Nearest, Filter::Linear] {
-                let t = record(&image, [wrap; 2], filter, Encoding::Srgb, 0);
+                let t = record(&image, [wrap; 2], filter, None, Encoding::Srgb, PAGE);
                 for (u, v) in edges.iter().flat_map(|&u| edges.iter().map(move |&v| (u, v))) {
                     assert!(lookup(&t, &page, DVec2::new(u, v)).is_finite(), "{wrap:?} {u} {v}");
                 }
@@ -182,12 +229,28 @@ mod tests {
         let image = Image { name: String::new(), width: 3, height: 1, pixels: Pixels::RgbF32(Arc::new(floats)) };
         let page = pack(&image);
         assert_eq!(page.len(), 2);
-        let t = record(&image, [Wrap::Clamp; 2], Filter::Nearest, Encoding::Srgb, 0);
+        let t = record(&image, [Wrap::Clamp; 2], Filter::Nearest, None, Encoding::Srgb, PAGE);
         assert_eq!(t.flags & (TEXTURE_HALF | TEXTURE_SRGB), TEXTURE_HALF);
         let at = |u| lookup(&t, &page, DVec2::new(u, 0.5));
         assert_eq!(at(0.1), DVec4::new(0.5, 65504.0, 0.0, 1.0));
         assert_eq!(at(0.5), DVec4::new(-65504.0, 1.0, f64::from(f16::from_f32(0.1)), 1.0));
         assert_eq!(at(0.9), DVec4::new(0.25, 0.0, 2.0, 1.0));
+    }
+
+    #[test]
+    fn sixteen_bits_are_kept() {
+        let words = vec![0, 1, 65535, 32768, 257, 40000, 3, 65535];
+        let image = Image { name: String::new(), width: 2, height: 1, pixels: Pixels::Rgba16(Arc::new(words.clone())) };
+        let page = pack(&image);
+        assert_eq!(page.len(), 1);
+        let t = record(&image, [Wrap::Clamp; 2], Filter::Nearest, None, Encoding::Linear, PAGE);
+        for (i, u) in [0.2, 0.8].into_iter().enumerate() {
+            let wanted = DVec4::from_array(std::array::from_fn(|c| f64::from(words[4 * i + c]) / 65535.0));
+            assert_eq!(lookup(&t, &page, DVec2::new(u, 0.5)), wanted);
+        }
+        let srgb = record(&image, [Wrap::Clamp; 2], Filter::Nearest, None, Encoding::Srgb, PAGE);
+        let v = lookup(&srgb, &page, DVec2::new(0.8, 0.5));
+        assert_eq!((v.y, v.w), (srgb_decode(40000.0 / 65535.0), 1.0));
     }
 
     #[test]

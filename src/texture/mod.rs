@@ -4,5 +4,7 @@
 pub mod checker;
 pub mod constant;
 pub mod image;
+pub mod mip;
 
-pub use image::{lookup, pack, record};
+pub use image::{Page, lookup, pack, record};
+pub use mip::{CONE_SHARE, follows_footprint, pack_levels};

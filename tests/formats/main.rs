@@ -5,6 +5,7 @@ mod bad;
 mod damage;
 mod gltf;
 mod obj;
+mod pictures;
 mod ply;
 mod skies;
 #[path = "../support/triangle.rs"]

@@ -9,7 +9,7 @@ use super::super::tree::Shape;
 use super::{Independent, Stream, light};
 use crate::camera::Start;
 use crate::sampler::{self, Purpose};
-use crate::scene::{Projection, SurfaceMeter};
+use crate::scene::{Projection, SurfaceMeter, TextureFilter};
 
 /// Elements of a surface meter: number of the primitive, and cumulative share of the area up to and including it.
 pub(super) type Elements = Vec<(u32, f64)>;
@@ -31,6 +31,27 @@ pub(super) fn elements(world: &Independent) -> Elements {
             (primitive, sum / total)
         })
         .collect()
+}
+
+/// Diameter and growth of a pixel's cone: how far apart are the rays of two pixels in the middle, one above the other. Meters: 0.
+pub(super) fn cone(world: &Independent) -> DVec2 {
+    let film = &world.scene.film;
+    let is_meter = !matches!(
+        world.scene.camera.projection,
+        Projection::Perspective { .. }
+            | Projection::ThinLens { .. }
+            | Projection::Orthographic { .. }
+            | Projection::Panorama
+    );
+    if is_meter || world.scene.texture_filter != TextureFilter::Mipmap {
+        return DVec2::ZERO;
+    }
+    let random = Stream::new(0, [0, 0], 0);
+    let at = DVec2::new(0.5 * f64::from(film.width), 0.5 * f64::from(film.height));
+    // A small step, so that the chord is the angle.
+    let step = 1e-3;
+    let [a, b] = [-0.5, 0.5].map(|k| start(world, at + DVec2::new(0.0, k * step), &random));
+    DVec2::new(a.origin.distance(b.origin), a.direction.distance(b.direction)) / step
 }
 
 /// Through `film`, in pixels.

@@ -6,7 +6,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::{Independent, rgb, value};
 use crate::light::Lamp;
@@ -132,7 +132,7 @@ impl Lights {
         // A surface that is there with probability alpha shines with alpha times its radiance.
         let radiance = world.emission(material, &point, direction) * world.alpha(material, &point);
         let hit = Hit { t: distance, primitive, barycentric, is_far: false };
-        let ray = Ray { origin: from, direction, leaves: primitive, ignores: primitive };
+        let ray = Ray { origin: from, direction, leaves: primitive, ignores: primitive, cone: DVec2::ZERO };
         let density = self.emitter_density(world, &ray, &hit);
         Some(LightSample { direction, distance, radiance, density, is_delta: false, primitive })
     }
@@ -300,5 +300,6 @@ fn sky_texel(image: &Image, i: f64, j: f64) -> [f64; 4] {
     match &image.pixels {
         Pixels::RgbF32(p) => [f64::from(p[3 * at]), f64::from(p[3 * at + 1]), f64::from(p[3 * at + 2]), 1.0],
         Pixels::Rgba8(p) => [0, 1, 2, 3].map(|k| f64::from(p[4 * at + k]) / 255.0),
+        Pixels::Rgba16(p) => [0, 1, 2, 3].map(|k| f64::from(p[4 * at + k]) / 65535.0),
     }
 }

@@ -6,6 +6,7 @@
 
 mod camera;
 mod light;
+mod mip;
 mod random;
 mod value;
 
@@ -30,6 +31,8 @@ pub struct Independent<'a> {
     primitives: Vec<Primitive>,
     /// By material: the model's inputs, with metals' curves resolved to RGB.
     inputs: Vec<Vec<Value>>,
+    /// By texture.
+    pyramids: Vec<mip::Pyramid>,
     lights: Lights,
     /// Of the camera, when it is a surface meter.
     elements: camera::Elements,
@@ -94,6 +97,7 @@ impl<'a> Independent<'a> {
             tree,
             primitives,
             inputs,
+            pyramids: mip::pyramids(scene),
             lights: Lights::default(),
             elements: camera::Elements::new(),
             camera_medium: NONE,
@@ -142,14 +146,30 @@ impl<'a> Independent<'a> {
                 // Towards growing u, about the sphere's own y axis.
                 let axis = instance.to_world.matrix3.y_axis;
                 let tangent = Some((normal.cross(axis), 1.0));
-                Point { position, geometric_normal: normal, normal, tangent, uvs: [uv; 2], color: [1.0; 4] }
+                Point {
+                    position,
+                    geometric_normal: normal,
+                    normal,
+                    tangent,
+                    uvs: [uv; 2],
+                    color: [1.0; 4],
+                    areas: [0.0; 2],
+                }
             }
             Shape::Disc { normal, .. } => {
                 let local = instance.to_world.inverse().transform_point3(position);
                 let uv = DVec2::new(0.5 * (local.x + 1.0), 0.5 * (1.0 - local.y));
                 let mirror = if p.is_mirrored { -1.0 } else { 1.0 };
                 let tangent = Some((instance.to_world.matrix3.x_axis, mirror));
-                Point { position, geometric_normal: normal, normal, tangent, uvs: [uv; 2], color: [1.0; 4] }
+                Point {
+                    position,
+                    geometric_normal: normal,
+                    normal,
+                    tangent,
+                    uvs: [uv; 2],
+                    color: [1.0; 4],
+                    areas: [0.0; 2],
+                }
             }
             Shape::Triangle(v) => {
                 let weights = [1.0 - b[0] - b[1], b[0], b[1]];
@@ -163,6 +183,7 @@ impl<'a> Independent<'a> {
                     tangent: None,
                     uvs: [DVec2::ZERO; 2],
                     color: [1.0; 4],
+                    areas: [0.0; 2],
                 };
                 match instance.shape {
                     scene::Shape::Mesh(mesh) => {
@@ -257,6 +278,10 @@ impl World for Independent<'_> {
         camera::start(self, film, random)
     }
 
+    fn camera_cone(&self) -> DVec2 {
+        camera::cone(self)
+    }
+
     fn camera_medium(&self) -> u32 {
         self.camera_medium
     }
@@ -282,13 +307,18 @@ impl World for Independent<'_> {
         let point = self.point(hit.primitive, hit.barycentric, ray.at(hit.t));
         let instance = self.primitives[hit.primitive as usize].instance;
         let mut inputs = [DVec3::ZERO; 32];
+        // Emission and presence are looked up at a point.
+        let mut shaded = point;
+        if self.scene.texture_filter == scene::TextureFilter::Mipmap {
+            shaded.areas = self.areas(ray, hit, &point);
+        }
         let values = &self.inputs[self.scene.instances[instance as usize].material];
         for ((slot, value), input) in inputs.iter_mut().zip(values).zip(MODELS[material.bsdf].inputs) {
-            let v = self.evaluate(value, &point);
+            let v = self.evaluate(value, &shaded);
             *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
         }
         let normal_map = material.normal_map.as_ref().map(|(value, scale)| {
-            let n = 2.0 * rgb(self.evaluate(value, &point)) - 1.0;
+            let n = 2.0 * rgb(self.evaluate(value, &shaded)) - 1.0;
             DVec3::new(scale * n.x, scale * n.y, n.z)
         });
         let transmits = transmits(material);

@@ -7,7 +7,7 @@
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::Independent;
-use crate::scene::{Encoding, Filter, Image, Mesh, Pixels, Texture, Value, Wrap};
+use crate::scene::{Encoding, Image, Mesh, Pixels, Texture, Value, Wrap};
 
 /// A place on a surface, and what values can read there.
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +18,8 @@ pub struct Point {
     pub tangent: Option<(DVec3, f64)>,
     pub uvs: [DVec2; 2],
     pub color: [f64; 4],
+    /// Of the ray's footprint in units of each uv squared; 0: at a point.
+    pub areas: [f64; 2],
 }
 
 /// Writes into `point` what the vertices of triangle `part` carry.
@@ -66,8 +68,19 @@ impl Independent<'_> {
             // Curves are resolved by the model that reads them; a curve elsewhere shows its mean.
             Value::Curve(curve) => [curve.value.iter().sum::<f64>() / curve.value.len().max(1) as f64; 4],
             Value::Texture { texture, uv_set, uv_transform } => {
-                let uv = uv_transform.transform_point2(point.uvs[usize::from(*uv_set).min(1)]);
-                self.texture(&self.scene.textures[*texture], uv)
+                let set = usize::from(*uv_set).min(1);
+                let uv = uv_transform.transform_point2(point.uvs[set]);
+                match &self.scene.textures[*texture] {
+                    Texture::Constant(c) => *c,
+                    Texture::Checker { a, b, scale } => {
+                        let square = (uv.x * scale[0]).floor() + (uv.y * scale[1]).floor();
+                        if square.rem_euclid(2.0) == 0.0 { *a } else { *b }
+                    }
+                    Texture::Image { .. } => {
+                        let area = point.areas[set] * uv_transform.matrix2.determinant().abs();
+                        self.footprint(*texture, uv, area)
+                    }
+                }
             }
             Value::VertexColor => point.color,
             Value::Multiply(a, b) => {
@@ -75,27 +88,6 @@ impl Independent<'_> {
                 [0, 1, 2, 3].map(|c| a[c] * b[c])
             }
             Value::Channel(a, channel) => [self.evaluate(a, point)[usize::from(*channel).min(3)]; 4],
-        }
-    }
-
-    fn texture(&self, texture: &Texture, uv: DVec2) -> [f64; 4] {
-        match texture {
-            Texture::Constant(c) => *c,
-            Texture::Checker { a, b, scale } => {
-                let square = (uv.x * scale[0]).floor() + (uv.y * scale[1]).floor();
-                if square.rem_euclid(2.0) == 0.0 { *a } else { *b }
-            }
-            Texture::Image { image, wrap, filter, encoding } => {
-                let image = &self.scene.images[*image];
-                let (x, y) = (uv.x * f64::from(image.width), uv.y * f64::from(image.height));
-                let fetch = |i: f64, j: f64| {
-                    texel(image, *encoding, wrapped(wrap[0], i, image.width), wrapped(wrap[1], j, image.height))
-                };
-                if *filter == Filter::Nearest {
-                    return fetch(x.floor(), y.floor());
-                }
-                bilinear(x, y, fetch)
-            }
         }
     }
 }
@@ -110,7 +102,7 @@ pub fn bilinear(x: f64, y: f64, fetch: impl Fn(f64, f64) -> [f64; 4]) -> [f64; 4
 }
 
 /// Texel number inside the image.
-fn wrapped(wrap: Wrap, i: f64, size: u32) -> u32 {
+pub(super) fn wrapped(wrap: Wrap, i: f64, size: u32) -> u32 {
     let n = f64::from(size);
     let i = match wrap {
         Wrap::Repeat => i.rem_euclid(n),
@@ -123,17 +115,16 @@ fn wrapped(wrap: Wrap, i: f64, size: u32) -> u32 {
     (i as u32).min(size - 1)
 }
 
-fn texel(image: &Image, encoding: Encoding, x: u32, y: u32) -> [f64; 4] {
+pub(super) fn texel(image: &Image, encoding: Encoding, x: u32, y: u32) -> [f64; 4] {
     let at = y as usize * image.width as usize + x as usize;
+    let linear = |c: [f64; 4]| match encoding {
+        Encoding::Linear => c,
+        Encoding::Srgb => [decoded(c[0]), decoded(c[1]), decoded(c[2]), c[3]],
+    };
     match &image.pixels {
         Pixels::RgbF32(p) => [f64::from(p[3 * at]), f64::from(p[3 * at + 1]), f64::from(p[3 * at + 2]), 1.0],
-        Pixels::Rgba8(p) => {
-            let c = [0, 1, 2, 3].map(|k| f64::from(p[4 * at + k]) / 255.0);
-            match encoding {
-                Encoding::Linear => c,
-                Encoding::Srgb => [decoded(c[0]), decoded(c[1]), decoded(c[2]), c[3]],
-            }
-        }
+        Pixels::Rgba8(p) => linear([0, 1, 2, 3].map(|k| f64::from(p[4 * at + k]) / 255.0)),
+        Pixels::Rgba16(p) => linear([0, 1, 2, 3].map(|k| f64::from(p[4 * at + k]) / 65535.0)),
     }
 }
 

@@ -164,6 +164,25 @@ impl Replay {
         }
     }
 
+    /// Areas of the cone's footprint in the units of both texture coordinates (texture/mip.rs).
+    fn areas(&self, ray: &Ray, hit: &Hit, normal: DVec3) -> [f64; 2] {
+        let p = &self.prepared;
+        let Part::Triangle(t) = self.part(hit.primitive) else { return [0.0; 2] };
+        if p.uvs.is_empty() || ray.cone == DVec2::ZERO {
+            return [0.0; 2];
+        }
+        let v = [t.v0, t.v1, t.v2].map(vec);
+        let width = ray.cone.x + ray.cone.y * hit.t;
+        let covered = width * width / ray.direction.dot(normal).abs().max(1e-6);
+        let part = covered / (v[1] - v[0]).cross(v[2] - v[0]).length();
+        let corners = p.faces[t.face as usize].vertices.map(|v| &p.uvs[v as usize]);
+        let area = |uv: [DVec2; 3]| part * (uv[1] - uv[0]).perp_dot(uv[2] - uv[0]).abs();
+        [
+            area(corners.map(|r| DVec2::from(r.uv0.map(f64::from)))),
+            area(corners.map(|r| DVec2::from(r.uv1.map(f64::from)))),
+        ]
+    }
+
     /// Radiance of the material, shown to a direction (towards the surface) that sees its front or back.
     fn emission(&self, material: &MaterialRecord, point: &Point, is_front: bool) -> DVec3 {
         let shines =
@@ -203,6 +222,10 @@ impl World for Replay {
         let p = &self.prepared;
         let view = View { camera: &p.camera, elements: &p.sensor_elements, alias: &p.sensor_alias };
         camera::start(&view, film, &|purpose| random.bits(0, purpose))
+    }
+
+    fn camera_cone(&self) -> DVec2 {
+        DVec2::from(self.prepared.camera.cone.map(f64::from))
     }
 
     fn camera_medium(&self) -> u32 {
@@ -267,13 +290,15 @@ impl World for Replay {
             }
         };
         let model = &MODELS[material.bsdf as usize];
+        // Emission and presence are looked up at a point.
+        let shaded = Point { areas: self.areas(ray, hit, geometric_normal), ..point };
         let mut inputs = [DVec3::ZERO; 32];
         for (k, (slot, input)) in inputs.iter_mut().zip(model.inputs).enumerate() {
-            let v = self.evaluate(material.pattern, material.data, &point, k);
+            let v = self.evaluate(material.pattern, material.data, &shaded, k);
             *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
         }
         let normal_map = (material.flags & MATERIAL_NORMAL_MAP != 0).then(|| {
-            let n = 2.0 * rgb(self.evaluate(material.normal_pattern, material.normal_data, &point, 0)) - 1.0;
+            let n = 2.0 * rgb(self.evaluate(material.normal_pattern, material.normal_data, &shaded, 0)) - 1.0;
             let scale = f64::from(material.normal_scale);
             DVec3::new(scale * n.x, scale * n.y, n.z)
         });

@@ -12,11 +12,13 @@ use crate::texture;
 pub struct Point {
     pub uvs: [DVec2; 2],
     pub color: [f64; 4],
+    /// Of the ray's footprint in units of each uv squared; 0: at a point.
+    pub areas: [f64; 2],
 }
 
 impl Default for Point {
     fn default() -> Self {
-        Self { uvs: [DVec2::ZERO; 2], color: [1.0; 4] }
+        Self { uvs: [DVec2::ZERO; 2], color: [1.0; 4], areas: [0.0; 2] }
     }
 }
 
@@ -69,7 +71,11 @@ impl Replay {
             Node::Image { row, uv_set, is_transformed } => {
                 let uv = self.uv(data + row, *uv_set, *is_transformed, point);
                 let id = self.prepared.material_data[(data + row) as usize][0];
-                texture::image::lookup(&self.prepared.textures[id as usize], &self.prepared.texels, uv).to_array()
+                let m = self.row(data + row + u32::from(*is_transformed));
+                let scale = if *is_transformed { (m[0] * m[3] - m[1] * m[2]).abs() } else { 1.0 };
+                let area = point.areas[usize::from(*uv_set)] * scale;
+                let record = &self.prepared.textures[id as usize];
+                texture::mip::lookup_footprint(record, &self.prepared.texels, uv, area).to_array()
             }
         }
     }

@@ -57,7 +57,7 @@ pub fn glowing(size: u32) -> Scene {
     let pixels = Pixels::Rgba8(std::sync::Arc::new(bytes.collect()));
     s.images.push(Image { name: "glow".to_owned(), width: 4, height: 4, pixels });
     let (wrap, filter, encoding) = ([Wrap::Repeat; 2], Filter::Linear, Encoding::Srgb);
-    s.textures.push(Texture::Image { image: 0, wrap, filter, encoding });
+    s.textures.push(Texture::Image { image: 0, wrap, filter, minify: Minify::default(), encoding });
     let look_up = |texture| Value::Texture { texture, uv_set: 0, uv_transform: DAffine2::IDENTITY };
     let glow = |texture, strength: f64| Material {
         emission: Some(Value::Multiply(Box::new(look_up(texture)), Box::new(Value::scalar(strength)))),

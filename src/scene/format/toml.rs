@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 use super::image_file;
 use super::tangents;
-use crate::scene::{Encoding, Error, Filter, Scene, Sky, SkyRadiance, Texture, Wrap};
+use crate::scene::{Encoding, Error, Filter, Minify, Scene, Sky, SkyRadiance, Texture, Wrap};
 use ::toml::de::DeTable;
 pub use table::nearest;
 use table::{Source, Table};
@@ -113,12 +113,16 @@ impl<'a> Builder<'a> {
                 let path = self.path(table, "file", file)?;
                 let unusable = |reason: String| table.error("file", format!("cannot be used: {reason}"));
                 let bytes = super::read_bytes(&path).map_err(|e| unusable(e.to_string()))?;
-                let image = image_file::decode(&bytes, file, &mut self.scene.notes).map_err(unusable)?;
+                let image = image_file::decode_any(&bytes, file, &mut self.scene.notes).map_err(unusable)?;
                 self.scene.images.push(image);
                 Texture::Image {
                     image: self.scene.images.len() - 1,
                     wrap: wrap(table)?,
-                    filter: choice(table, "filter", &[("linear", Filter::Linear), ("nearest", Filter::Nearest)])?,
+                    filter: choice(table, "filter", &FILTERS)?,
+                    minify: Minify {
+                        filter: choice(table, "filter", &FILTERS)?,
+                        levels: choice(table, "mipmap", &LEVELS)?,
+                    },
                     encoding: choice(table, "encoding", &[("srgb", Encoding::Srgb), ("linear", Encoding::Linear)])?,
                 }
             }
@@ -163,6 +167,10 @@ impl<'a> Builder<'a> {
         })
     }
 }
+
+const FILTERS: [(&str, Filter); 2] = [("linear", Filter::Linear), ("nearest", Filter::Nearest)];
+const LEVELS: [(&str, Option<Filter>); 3] =
+    [("linear", Some(Filter::Linear)), ("nearest", Some(Filter::Nearest)), ("none", None)];
 
 fn wrap(table: &Table<'_>) -> Result<[Wrap; 2], Error> {
     let parse = |text: &str| match text {

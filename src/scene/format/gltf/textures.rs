@@ -10,7 +10,7 @@ use super::container::{resolve, shorten};
 use super::document::{Image as ImageEntry, TextureInfo};
 use crate::scene::format::image_file;
 use crate::scene::format::toml::uv_transform;
-use crate::scene::{Encoding, Error, Filter, Image, Scene, Texture, Value, Wrap};
+use crate::scene::{Encoding, Error, Filter, Image, Minify, Scene, Texture, Value, Wrap};
 
 /// From the file's numbers to the scene's.
 #[derive(Default)]
@@ -28,14 +28,11 @@ impl Textures {
         }
         sources.sort_unstable();
         sources.dedup();
-        let decoded: Vec<Result<(Image, Vec<String>), Error>> =
-            sources.par_iter().map(|i| read_image(file, *i)).collect();
+        let decoded: Vec<Result<Image, Error>> = sources.par_iter().map(|i| read_image(file, *i)).collect();
         let mut images = HashMap::new();
         for (source, result) in sources.into_iter().zip(decoded) {
-            let (image, mut notes) = result?;
             images.insert(source, scene.images.len());
-            scene.images.push(image);
-            scene.notes.append(&mut notes);
+            scene.images.push(result?);
         }
         Ok(Self { images, textures: HashMap::new() })
     }
@@ -86,23 +83,16 @@ fn image_of(file: &File<'_>, texture: usize) -> Result<usize, Error> {
     Ok(source)
 }
 
-fn read_image(file: &File<'_>, index: usize) -> Result<(Image, Vec<String>), Error> {
+fn read_image(file: &File<'_>, index: usize) -> Result<Image, Error> {
     let entry = &file.document.images[index];
     let name = image_name(entry, index);
     let place = format!("image {index}");
-    let mut notes = Vec::new();
-    let decode = |bytes: &[u8], notes: &mut Vec<String>| {
-        image_file::decode(bytes, &name, notes).map_err(|reason| file.error(&place, reason))
-    };
-    let image = match (&entry.uri, entry.buffer_view) {
-        (Some(uri), _) => {
-            let bytes = resolve(file.path, uri).map_err(|reason| file.error(&place, reason))?;
-            decode(&bytes, &mut notes)?
-        }
-        (None, Some(view)) => decode(file.view(view, &place)?, &mut notes)?,
-        (None, None) => return Err(file.error(place, "has neither a file nor a buffer view; export it again")),
-    };
-    Ok((image, notes))
+    let decode = |bytes: &[u8]| image_file::decode(bytes, &name).map_err(|reason| file.error(&place, reason));
+    match (&entry.uri, entry.buffer_view) {
+        (Some(uri), _) => decode(&resolve(file.path, uri).map_err(|reason| file.error(&place, reason))?),
+        (None, Some(view)) => decode(file.view(view, &place)?),
+        (None, None) => Err(file.error(place, "has neither a file nor a buffer view; export it again")),
+    }
 }
 
 fn image_name(entry: &ImageEntry, index: usize) -> String {
@@ -135,7 +125,21 @@ fn describe(
             Wrap::Repeat
         }
     };
-    // 9728 is NEAREST. The minification filter has no counterpart: pixels are averaged by samples.
+    let wrap = [wrap(sampler.wrap_s), wrap(sampler.wrap_t)];
+    // 9728 is NEAREST.
     let filter = if sampler.mag_filter == Some(9728) { Filter::Nearest } else { Filter::Linear };
-    Ok(Texture::Image { image, wrap: [wrap(sampler.wrap_s), wrap(sampler.wrap_t)], filter, encoding })
+    let minify = |filter, levels| Minify { filter, levels };
+    let minify = match sampler.min_filter {
+        None | Some(9987) => Minify::default(),
+        Some(9728) => minify(Filter::Nearest, None),
+        Some(9729) => minify(Filter::Linear, None),
+        Some(9984) => minify(Filter::Nearest, Some(Filter::Nearest)),
+        Some(9985) => minify(Filter::Linear, Some(Filter::Nearest)),
+        Some(9986) => minify(Filter::Nearest, Some(Filter::Linear)),
+        Some(other) => {
+            notes.push(format!("texture {texture}: minification filter {other} does not exist, trilinear taken"));
+            Minify::default()
+        }
+    };
+    Ok(Texture::Image { image, wrap, filter, minify, encoding })
 }

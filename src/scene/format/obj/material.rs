@@ -23,7 +23,7 @@ use glam::{DAffine2, DVec2};
 use crate::bsdf::MODELS;
 use crate::scene::format::image_file;
 use crate::scene::format::toml::{plain_material, uv_transform};
-use crate::scene::{Alpha, Encoding, Error, Filter, Material, Scene, Texture, Value, Wrap};
+use crate::scene::{Alpha, Encoding, Error, Filter, Material, Minify, Scene, Texture, Value, Wrap};
 
 /// The keys of one `newmtl`, as they stand.
 #[derive(Clone, Default)]
@@ -212,11 +212,17 @@ fn build(
                 let path = folder.join(&map.file);
                 let bytes = super::super::read_bytes(&path)?;
                 let fail = |reason| Error::Image { path: path.clone(), reason };
-                let image = image_file::decode(&bytes, &map.file, &mut scene.notes).map_err(fail)?;
+                let image = image_file::decode_any(&bytes, &map.file, &mut scene.notes).map_err(fail)?;
                 scene.images.push(image);
                 let wrap = [if map.is_clamped { Wrap::Clamp } else { Wrap::Repeat }; 2];
                 let image = scene.images.len() - 1;
-                scene.textures.push(Texture::Image { image, wrap, filter: Filter::Linear, encoding });
+                scene.textures.push(Texture::Image {
+                    image,
+                    wrap,
+                    filter: Filter::Linear,
+                    minify: Minify::default(),
+                    encoding,
+                });
                 textures.insert(key, scene.textures.len() - 1);
                 scene.textures.len() - 1
             }

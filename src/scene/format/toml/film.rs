@@ -1,9 +1,9 @@
 //! `[film]`: size, window, filter and stops.
 
 use super::table::{Table, nearest};
-use super::{Builder, keys};
+use super::{Builder, choice, keys};
 use crate::film::filter::{FilterKind, PixelFilter};
-use crate::scene::{Error, Film};
+use crate::scene::{Error, Film, TextureFilter};
 
 impl<'a> Builder<'a> {
     pub fn film(&mut self, top: &Table<'a>) -> Result<(), Error> {
@@ -19,6 +19,9 @@ impl<'a> Builder<'a> {
         let count = |key| Ok::<_, Error>(table.whole(key, 1..1 << 31)?.map(|n| n as u32));
         film.spp = count("spp")?;
         film.max_depth = count("max_depth")?;
+        let filters = [("exact", TextureFilter::Exact), ("mipmap", TextureFilter::Mipmap)];
+        self.scene.texture_filter = choice(&table, "texture_filter", &filters)?;
+        let film = &mut self.scene.film;
         if let Some(edges) = table.numbers::<4>("crop")? {
             if edges.iter().any(|e| e.fract() != 0.0 || !(0.0..=65_536.0).contains(e)) {
                 return Err(table.error("crop", "must be four whole numbers of pixels: x0, y0, x1, y1"));

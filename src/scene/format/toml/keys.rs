@@ -60,6 +60,7 @@ pub const FILM: Section = section!("[film]", "Flags of the command line win over
     "filter_radius": "number in (0, 32], pixels" = "box 0.5, others 1.5"; "where the filter ends; a box of 0.5 is the pixel itself",
     "spp": "integer" = "256"; "samples a pixel when no stop is given",
     "max_depth": "integer" = "4096"; "path edges: 1 = emission seen directly, 2 = one bounce",
+    "texture_filter": "\"exact\" or \"mipmap\"" = "\"exact\""; "exact: pixels are averaged by samples; mipmap: textures that are seen small are read as means over the ray's footprint, with less noise and a bias",
 );
 
 pub const SKY: Section = section!("[sky]", "Light from infinitely far away: `file` or `radiance`.",
@@ -72,9 +73,10 @@ pub const SKY: Section = section!("[sky]", "Light from infinitely far away: `fil
 pub const TEXTURE: Section = section!("[[texture]]", "A picture or pattern that material inputs look up by name.",
     "name": "string" = "required"; "what inputs refer to",
     "type": "\"image\", \"checker\" or \"constant\"" = "\"image\""; "kind",
-    "file": "path (.png, .jpg, .webp)" = "required for image"; "beside the scene file",
+    "file": "path (.png, .jpg, .webp, .hdr, .exr)" = "required for image"; "beside the scene file; 8 or 16 bits a channel, .hdr and .exr linear",
     "wrap": "\"repeat\", \"mirror\", \"clamp\", or two of them" = "\"repeat\""; "image: outside [0,1] in u and v",
     "filter": "\"linear\" or \"nearest\"" = "\"linear\""; "image",
+    "mipmap": "\"linear\", \"nearest\" or \"none\"" = "\"linear\""; "image: between levels, where `texture_filter` of [film] is \"mipmap\"",
     "encoding": "\"srgb\" or \"linear\"" = "\"srgb\""; "image: how its bytes become linear; normal maps and roughness are \"linear\"",
     "a": "colour" = "[0.8, 0.8, 0.8]"; "checker: squares where floor(u s) + floor(v s) is even",
     "b": "colour" = "[0.2, 0.2, 0.2]"; "checker: the others",
