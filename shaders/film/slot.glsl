@@ -6,6 +6,9 @@ void slot_write(uint slot, Spectrum sum, Tally t) {
     ledger = ledger_count(ledger, LEDGER_NEGATIVE, t.negative);
     ledger = ledger_count(ledger, LEDGER_DISAGREE, t.disagree);
     ledger = ledger_count(ledger, LEDGER_DEPTH, t.depth);
+#if HAS_ALPHA
+    ledger = ledger_count(ledger, LEDGER_ALPHA_OVERFLOW, t.alpha_overflow);
+#endif
     SlotRecord r = SlotRecord(sum, t.rays, ledger.x, ledger.y, t.lost_energy, t.first_bad);
 #if AOVS
     uint row = slot * (SLOT_ROWS + AOV_ROWS);

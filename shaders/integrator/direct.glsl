@@ -1,7 +1,7 @@
 // The lecture's reflection equation: emission seen directly plus one bounce, without roulette. See src/integrator/direct.rs.
 // MAX_DEPTH is 2 at most, so that it returns true after the first edge only.
 bool integrator_step(inout PathState s, inout Tally tally) {
-    Hit hit = trace_path(s.ray, s.hash, s.edge);
+    Hit hit = trace_path(s.ray, s.hash, s.edge, tally);
     tally.rays += 1u;
     s.edge += 1u;
     bool is_hit = hit.kind != NO_HIT;
@@ -25,7 +25,7 @@ bool integrator_step(inout PathState s, inout Tally tally) {
 #endif
         if (s.edge < MAX_DEPTH) {
 #if NEXT_EVENT
-            tally.rays += add_next_event(s, surface, material, shading);
+            tally.rays += add_next_event(s, surface, material, shading, tally);
 #endif
             goes_on = scatter(s, surface, material, shading, tally);
         } else {

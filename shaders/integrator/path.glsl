@@ -1,7 +1,7 @@
 // Progressive path tracing: one call traces one edge and treats the vertex at its end. See src/integrator/path.rs.
 // Returns true while the path goes on.
 bool integrator_step(inout PathState s, inout Tally tally) {
-    Hit hit = trace_path(s.ray, s.hash, s.edge);
+    Hit hit = trace_path(s.ray, s.hash, s.edge, tally);
     tally.rays += 1u;
     s.edge += 1u;
     bool is_hit = hit.kind != NO_HIT;
@@ -25,7 +25,7 @@ bool integrator_step(inout PathState s, inout Tally tally) {
 #endif
         if (s.edge < MAX_DEPTH) {
 #if NEXT_EVENT
-            tally.rays += add_next_event(s, surface, material, shading);
+            tally.rays += add_next_event(s, surface, material, shading, tally);
 #endif
             goes_on = scatter(s, surface, material, shading, tally);
             goes_on = roulette_survives(s) && goes_on;

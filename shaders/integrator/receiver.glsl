@@ -3,7 +3,7 @@
 
 #if HAS_RECEIVER
 // Adds the light of one sampled emitter; returns the rays traced.
-uint receive(inout PathState s, vec3 normal) {
+uint receive(inout PathState s, vec3 normal, inout Tally tally) {
     LightSample light = light_sample(s, s.ray.o);
     float density = dot(light.wi, normal) * INV_PI;
     bool is_lit = max_component(light.radiance) > 0.0 || is_nan_bits(dot(light.radiance, vec3(1.0)));
@@ -21,7 +21,7 @@ uint receive(inout PathState s, vec3 normal) {
     arriving *= medium_transmittance(s.medium, light.distance);
 #endif
     Ray shadow = Ray(s.ray.o, light.wi, is_candidate ? light.distance : 0.0);
-    bool arrives = is_candidate && is_visible(shadow, light.primitive, s.hash, s.edge);
+    bool arrives = is_candidate && is_visible(shadow, light.primitive, s.hash, s.edge, tally);
     s.radiance += arrives ? s.throughput * arriving * weight : Spectrum(0.0);
     return is_candidate ? 1u : 0u;
 }

@@ -58,7 +58,7 @@ bool sides_agree(Shading shading, vec3 wi_local, vec3 wi) {
 
 #if NEXT_EVENT
 // Adds the light of one sampled emitter; returns the rays traced.
-uint add_next_event(inout PathState s, Surface surface, MaterialRecord material, Shading shading) {
+uint add_next_event(inout PathState s, Surface surface, MaterialRecord material, Shading shading, inout Tally tally) {
     // Beside the surface, on the viewer's side: a sphere that lights itself is then seen from inside or outside, not as rounding has it.
     s.from = spawn_origin(surface.p, surface.error, shading.ng, -s.ray.d);
     s.from_normal = shading.frame.n;
@@ -89,7 +89,7 @@ uint add_next_event(inout PathState s, Surface surface, MaterialRecord material,
     vec3 origin = spawn_origin(surface.p, surface.error, shading.ng, light.wi);
     // A ray of length 0 reaches nothing: lanes without a candidate leave the traversal at once.
     Ray shadow = Ray(origin, light.wi, is_candidate ? light.distance : 0.0);
-    bool arrives = is_candidate && is_visible(shadow, light.primitive, s.hash, s.edge);
+    bool arrives = is_candidate && is_visible(shadow, light.primitive, s.hash, s.edge, tally);
     s.radiance += arrives ? s.throughput * f * arriving * weight : Spectrum(0.0);
     return is_candidate ? 1u : 0u;
 }

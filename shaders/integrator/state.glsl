@@ -30,6 +30,9 @@ struct Tally {
     uint negative;
     uint disagree;
     uint depth;
+#if HAS_ALPHA
+    uint alpha_overflow;
+#endif
     float lost_energy;
     uint first_bad;
 #if AOVS

@@ -39,7 +39,7 @@ vec3 quaternion_rotate(vec4 q, vec3 v) {
 SurfacePoint sphere_point_data(SphereRecord sphere, vec3 n) {
     SurfacePoint point = surface_point_none();
 #if HAS_UVS
-    vec3 l = quaternion_rotate(sphere.rotation, n);
+    vec3 l = sphere.handedness * quaternion_rotate(sphere.rotation, n);
     point.uv0 = vec2(m_atan2(l.x, -l.z) * INV_TWO_PI + 0.5, m_acos(clamp(l.y, -1.0, 1.0)) * INV_PI);
     point.uv1 = point.uv0;
 #endif
@@ -142,7 +142,8 @@ Surface surface_load(Hit hit, Ray ray) {
 #if HAS_TANGENTS
         // Towards growing u: the derivative of the point by the azimuth about the sphere's own y axis.
         vec3 axis = quaternion_rotate(vec4(-sphere.rotation.xyz, sphere.rotation.w), vec3(0.0, 1.0, 0.0));
-        s.tangent = vec4(cross(s.ng, axis), 1.0);
+        // u grows to the left seen from outside, and a normal map's y points up the picture: hence the sign.
+        s.tangent = vec4(cross(s.ng, axis), -sphere.handedness);
 #endif
     }
 #endif

@@ -8,6 +8,9 @@ Tally tally_new() {
     t.negative = 0u;
     t.disagree = 0u;
     t.depth = 0u;
+#if HAS_ALPHA
+    t.alpha_overflow = 0u;
+#endif
     t.lost_energy = 0.0;
     t.first_bad = NONE;
 #if AOVS

@@ -2,8 +2,6 @@
 // never the order of visits.
 
 #if HAS_ALPHA
-// More layers than this are taken as opaque; a scene that needs more shows it in the image test of alpha layers.
-const uint ALPHA_LAYERS = 4096u;
 const uint RAY_CLOSEST = 0u;
 const uint RAY_SHADOW = 1u;
 
@@ -28,33 +26,32 @@ bool alpha_is_present(Hit hit, Ray ray, uint path_hash, uint vertex, uint ray_ki
 }
 #endif
 
-// Nearest surface that is there for this path.
-Hit trace_path(Ray ray, uint path_hash, uint vertex) {
+// Nearest surface that is there for this path. The one behind ALPHA_LAYERS that are not is taken as there, and counted.
+Hit trace_path(Ray ray, uint path_hash, uint vertex, inout Tally tally) {
     Hit hit = trace_closest_from(ray, 0.0, NONE);
 #if HAS_ALPHA
-    for (uint layer = 0u; layer < ALPHA_LAYERS; layer++) {
-        if (hit.kind == NO_HIT || alpha_is_present(hit, ray, path_hash, vertex, RAY_CLOSEST)) {
-            break;
-        }
+    uint layer = 0u;
+    while (layer < ALPHA_LAYERS && hit.kind != NO_HIT && !alpha_is_present(hit, ray, path_hash, vertex, RAY_CLOSEST)) {
         hit = trace_closest_from(ray, hit.t, hit.primitive);
+        layer += 1u;
     }
+    tally.alpha_overflow += layer == ALPHA_LAYERS && hit.kind != NO_HIT ? 1u : 0u;
 #endif
     return hit;
 }
 
 #if NEXT_EVENT
 // Nothing stands between the ray's ends; the light's own primitive does not count.
-bool is_visible(Ray ray, uint excluded, uint path_hash, uint vertex) {
+bool is_visible(Ray ray, uint excluded, uint path_hash, uint vertex, inout Tally tally) {
 #if HAS_ALPHA
     Hit hit = trace_closest_from(ray, 0.0, NONE);
-    for (uint layer = 0u; layer < ALPHA_LAYERS; layer++) {
-        bool is_opaque = hit.kind != NO_HIT && hit.primitive != excluded
-            && alpha_is_present(hit, ray, path_hash, vertex, RAY_SHADOW);
-        if (hit.kind == NO_HIT || is_opaque) {
-            break;
-        }
+    uint layer = 0u;
+    while (layer < ALPHA_LAYERS && hit.kind != NO_HIT
+        && (hit.primitive == excluded || !alpha_is_present(hit, ray, path_hash, vertex, RAY_SHADOW))) {
         hit = trace_closest_from(ray, hit.t, hit.primitive);
+        layer += 1u;
     }
+    tally.alpha_overflow += layer == ALPHA_LAYERS && hit.kind != NO_HIT ? 1u : 0u;
     return hit.kind == NO_HIT;
 #else
     return !trace_any(ray, excluded);

@@ -2,7 +2,7 @@
 // begins its next sample in the same iteration, so that lanes of a subgroup stay busy.
 
 // `rays` is how many it took to begin: a meter is served by light sampling at once.
-PathState path_begin(uint pixel, uint sample_index, out uint rays) {
+PathState path_begin(uint pixel, uint sample_index, inout Tally tally, out uint rays) {
     PathState s;
     s.id = sample_id(pixel, sample_index, push.seed);
     s.hash = hash_combine(hash_combine(push.seed, pixel), sample_index);
@@ -28,7 +28,7 @@ PathState path_begin(uint pixel, uint sample_index, out uint rays) {
     rays = 0u;
 #if HAS_RECEIVER
     s.pdf = dot(start.d, start.receiver) * INV_PI;
-    rays = receive(s, start.receiver);
+    rays = receive(s, start.receiver, tally);
 #endif
     return s;
 }
@@ -48,7 +48,7 @@ void main() {
     Tally tally = tally_new();
     Spectrum sum = Spectrum(0.0);
     uint rays;
-    PathState state = path_begin(pixel, sample_index, rays);
+    PathState state = path_begin(pixel, sample_index, tally, rays);
     tally.rays += rays;
     bool is_running = true;
     while (is_running) {
@@ -57,7 +57,7 @@ void main() {
             sum += tally_sample(tally, state.radiance, sample_index);
             is_running = sample_index != last_sample;
             sample_index += 1u;
-            state = path_begin(pixel, sample_index, rays);
+            state = path_begin(pixel, sample_index, tally, rays);
             tally.rays += is_running ? rays : 0u;
         }
     }

@@ -1,26 +1,58 @@
-//! Ctrl-C and SIGTERM: the first asks the render to stop after whole blocks, the second ends the process at once.
+//! Ctrl-C and SIGTERM. Where there is something to keep, the first signal asks the command to stop and to write it, the second
+//! ends the process at once. A render has nothing before its first samples (loading, compiling, a driver's own compilation at the
+//! first dispatch, which no one can ask to stop): the first signal then ends it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+struct Counts {
+    signals: AtomicU32,
+    /// Polls until there is something to keep.
+    polls_left: AtomicU32,
+}
+
 /// Counts the signals since it was installed.
 #[derive(Clone)]
-pub struct Interrupt(Arc<AtomicU32>);
+pub struct Interrupt(Arc<Counts>);
 
 impl Interrupt {
-    /// Takes over SIGINT, SIGTERM and SIGHUP. Call once a process.
+    /// Takes over SIGINT, SIGTERM and SIGHUP: the first signal asks. Call once a process.
     pub fn install() -> anyhow::Result<Self> {
-        let count = Arc::new(AtomicU32::new(0));
-        let in_handler = count.clone();
+        Self::after_polls(0)
+    }
+
+    /// The same for a render, which polls before its first block and after each: nothing is there until the second poll.
+    pub fn install_for_render() -> anyhow::Result<Self> {
+        Self::after_polls(2)
+    }
+
+    fn after_polls(count: u32) -> anyhow::Result<Self> {
+        let counts = Arc::new(Counts { signals: AtomicU32::new(0), polls_left: AtomicU32::new(count) });
+        let in_handler = counts.clone();
         ctrlc::set_handler(move || {
-            if in_handler.fetch_add(1, Ordering::SeqCst) > 0 {
+            let is_first = in_handler.signals.fetch_add(1, Ordering::SeqCst) == 0;
+            let is_empty = in_handler.polls_left.load(Ordering::SeqCst) > 0;
+            if is_empty {
+                super::say("interrupted before the first samples: nothing is written");
+            }
+            if is_empty || !is_first {
                 std::process::exit(130);
             }
             super::say("stopping; what is rendered will be written (once more to stop at once)");
         })?;
-        Ok(Self(count))
+        Ok(Self(counts))
     }
+
+    /// A signal came.
     pub fn is_set(&self) -> bool {
-        self.0.load(Ordering::SeqCst) > 0
+        self.0.signals.load(Ordering::SeqCst) > 0
+    }
+
+    /// The same, asked by a render before its first block and after each.
+    pub fn poll(&self) -> bool {
+        let fewer = |left: u32| Some(left.saturating_sub(1));
+        // Never None, so that there is no error.
+        let _ = self.0.polls_left.fetch_update(Ordering::SeqCst, Ordering::SeqCst, fewer);
+        self.is_set()
     }
 }

@@ -54,7 +54,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     if let Some(path) = &args.record {
         output::check(path)?;
     }
-    let interrupt = Interrupt::install()?;
+    let interrupt = Interrupt::install_for_render()?;
     let mut seconds = Stages::default();
 
     // Load and resolve.
@@ -78,8 +78,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     notes.extend(source.describe().notes);
     notes.iter().for_each(say);
     let bar = Bar::new();
-    let outcome =
-        render::render_window(source.as_mut(), window, &stops, &|| interrupt.is_set(), &mut |p| bar.update(p))?;
+    let outcome = render::render_window(source.as_mut(), window, &stops, &|| interrupt.poll(), &mut |p| bar.update(p))?;
     bar.finish();
     if outcome.film.sample_count() == 0 {
         say("interrupted before the first samples: nothing is written");

@@ -24,7 +24,7 @@ const LEVEL: f64 = 1e-4;
 /// Power at which the detectable bias is stated.
 const POWER: f64 = 0.95;
 /// Systematic rounding of an f32 mean, relative; checks of means allow it.
-const ROUNDING: f64 = 2e-5;
+pub const ROUNDING: f64 = 2e-5;
 
 /// Settings of a row: independent samples.
 pub fn settings(estimator: Estimator) -> Settings {

@@ -10,16 +10,19 @@ pub mod coverage;
 pub mod film;
 pub mod images;
 pub mod inputs;
+pub mod ledger;
 pub mod models;
 pub mod mutations;
 pub mod paths;
 pub mod probe;
+pub mod records;
 pub mod replay;
 pub mod report;
 pub mod subject;
 pub mod traversal;
 
 mod builtin;
+mod cosine;
 mod light;
 mod math;
 mod sampler;
@@ -51,13 +54,15 @@ pub fn probes() -> Vec<Probe> {
     .collect()
 }
 
-/// Gates 2 to 5 on a device. A row runs when its name, or "gate N", contains `filter`; an empty filter is all.
+/// Gates 1 to 5 on a device. A row runs when its name, or "gate N", contains `filter`; an empty filter is all.
 pub fn run(device: &Device, filter: &str) -> Report {
     let mut report = Report::new(&device.info().name, &device.info().driver);
     let probes = probes();
+    report.rows.extend(records::rows(device, filter));
     report.rows.extend(probe::run_all(device, &probes, filter, PROBE_INPUTS));
     report.rows.extend(light::rows(device, filter, PROBE_INPUTS));
     report.rows.extend(film::rows(device, filter, PROBE_INPUTS));
+    report.rows.extend(bsdf::properties::rows(filter));
     report.rows.extend(bsdf::furnace_rows(device, filter, 7));
     report.rows.extend(traversal::run(device, filter));
     report.rows.extend(coverage::rows(&probes).into_iter().filter(|row| row.is_wanted(filter)));

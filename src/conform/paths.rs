@@ -2,7 +2,7 @@
 
 use super::report::{Gate, GateRow, Verdict, is_wanted};
 use super::subject::Subject;
-use super::{camera, film, images, models, replay};
+use super::{camera, cosine, film, images, ledger, models, replay};
 use crate::error::Error;
 use crate::integrator::{Estimator, Settings};
 use crate::reference::{known, meters, scenes};
@@ -35,15 +35,22 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     models.push(scenes::mipmapped(scale.size));
     let known: Vec<known::Known> = known::all().into_iter().chain(meters::all()).collect();
     let cameras = camera::scenes(scale.size / 2);
+    let losses = ledger::losses();
     let mut list: Vec<(Gate, String, Run)> = Vec::new();
     for scene in scenes.iter().chain(&models).chain(&cameras) {
         let row = move |s: &Subject| replay::row(s, scene, &Settings::default());
         list.push((Gate::Replay, format!("replay {}", scene.name), Box::new(row)));
     }
+    for loss in &losses {
+        let row = move |s: &Subject| ledger::row(s, loss);
+        list.push((Gate::Replay, format!("ledger {}", loss.name), Box::new(row)));
+    }
     for known in &known {
         let row = move |s: &Subject| images::closed_form(s, known, Estimator::Mis, scale.closed_form_spp);
         list.push((Gate::Images, format!("closed form {}", known.name), Box::new(row)));
     }
+    let law = move |s: &Subject| cosine::row(s, scale.closed_form_spp);
+    list.push((Gate::Images, cosine::NAME.to_owned(), Box::new(law)));
     for (name, filter) in film::step_edges() {
         let row = move |s: &Subject| film::step_edge(s, filter, scale.closed_form_spp);
         list.push((Gate::Images, name, Box::new(row)));

@@ -3,6 +3,7 @@
 //! A dispatch covers a tile of pixels and a range of blocks, sized to a time budget by the rate measured so far, so that a stop is
 //! seen soon and no dispatch runs into a driver's time limit.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::time::Instant;
 
@@ -102,14 +103,11 @@ impl Renderer {
     ) -> Result<Self, Error> {
         let start = Instant::now();
         // A table that everything-on names but the scene lacks is one row of zeros.
-        let rows: Vec<(&'static str, Vec<[u32; 4]>)> = features
+        let rows: Vec<(&'static str, Cow<'_, [[u32; 4]]>)> = features
             .tables()
             .map(|t| {
-                let mut rows = (t.rows)(prepared);
-                if rows.is_empty() {
-                    rows = vec![[0; 4]; 8];
-                }
-                (t.name, rows)
+                let rows = (t.rows)(prepared);
+                (t.name, if rows.is_empty() { Cow::Owned(vec![[0; 4]; 8]) } else { rows })
             })
             .collect();
         let size = |name: &str| rows.iter().find(|(n, _)| *n == name).map_or(0, |(_, r)| r.len());

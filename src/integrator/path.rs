@@ -14,6 +14,9 @@ pub const INTEGRATOR: Integrator = Integrator {
     has_roulette: true,
 };
 
+/// Surfaces that are not there by their alpha, passed by one ray before the next is taken as there, which the ledger counts.
+pub const ALPHA_LAYERS: u32 = 256;
+
 /// Lowest survival probability: bounds the factor 1/q by 20, and with it the fireflies that roulette makes.
 pub const SURVIVAL_MIN: f64 = 0.05;
 

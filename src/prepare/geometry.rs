@@ -48,7 +48,7 @@ pub fn flatten(scene: &Scene, origin: DVec3, wanted: Wanted) -> Result<Geometry,
         match instance.shape {
             Shape::Mesh(mesh) => append_mesh(&mut g, &scene.meshes[mesh], instance, &to_world, wanted)?,
             Shape::Rectangle => append_mesh(&mut g, &rectangle, instance, &to_world, wanted)?,
-            Shape::Sphere => append_sphere(&mut g, instance, index, &to_world)?,
+            Shape::Sphere => append_sphere(&mut g, instance, &to_world)?,
             Shape::Disc => append_disc(&mut g, instance, index, &to_world)?,
         }
     }
@@ -132,7 +132,7 @@ fn append_mesh(
     Ok(())
 }
 
-fn append_sphere(g: &mut Geometry, instance: &Instance, index: usize, to_world: &DAffine3) -> Result<(), super::Error> {
+fn append_sphere(g: &mut Geometry, instance: &Instance, to_world: &DAffine3) -> Result<(), super::Error> {
     let m = to_world.matrix3;
     let lengths = [m.x_axis.length(), m.y_axis.length(), m.z_axis.length()];
     let radius = lengths[0];
@@ -147,11 +147,9 @@ fn append_sphere(g: &mut Geometry, instance: &Instance, index: usize, to_world: 
     if radius == 0.0 {
         return Err(super::Error::Transform { instance: instance.name.clone(), what: "gives a sphere the radius 0" });
     }
-    let mut rotation = m * (1.0 / radius);
-    if rotation.determinant() < 0.0 {
-        rotation *= -1.0;
-    }
-    let to_local = DQuat::from_mat3(&rotation).conjugate().normalize();
+    // A mirroring matrix is a rotation times -1; the -1 stays beside the quaternion, which cannot hold it.
+    let handedness = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+    let to_local = DQuat::from_mat3(&(m * (handedness / radius))).conjugate().normalize();
     g.spheres.push(SphereRecord {
         center: to_world.translation.as_vec3().to_array(),
         radius: radius as f32,
@@ -159,7 +157,7 @@ fn append_sphere(g: &mut Geometry, instance: &Instance, index: usize, to_world: 
         primitive: 0,
         light: NONE,
         material: instance.material as u32,
-        instance: index as u32,
+        handedness: handedness as f32,
     });
     Ok(())
 }

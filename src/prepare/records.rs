@@ -75,13 +75,14 @@ gpu_record! {
     pub struct SphereRecord {
         center: [f32; 3],
         radius: f32,
-        /// World to local rotation as a unit quaternion (x, y, z, w), for uv.
+        /// World to local rotation as a unit quaternion (x, y, z, w), for uv: local = handedness * rotated.
         rotation: [f32; 4],
         /// The primitive's number: face count + number of the sphere.
         primitive: u32,
         light: u32,
         material: u32,
-        instance: u32,
+        /// 1, or -1 where the transform mirrors.
+        handedness: f32,
     }
 }
 

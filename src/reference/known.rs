@@ -127,6 +127,28 @@ pub fn sphere_lamp() -> Known {
     Known { name: "sphere lamp", about: "E = pi L (R/d)^2 cos(theta)", scene, radiance: albedo * irradiance / PI }
 }
 
+/// Degrees of `tilted_receiver` that the cosine law is held to, 0 first.
+pub const TILTS_DEG: [f64; 9] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0, 89.0, 89.9];
+
+/// White receiver turned by theta from a lamp of radius R at the distance d straight above: E = pi L (R/d)^2 cos(theta). R/d is
+/// 1e-4, so that the whole lamp stays above the receiver's horizon up to 89.99 degrees.
+pub fn tilted_receiver(theta_deg: f64) -> Known {
+    let (radius, distance, emission) = (0.1, 1000.0, DVec3::new(3e8, 2e8, 1e8));
+    let normal = DVec3::new(theta_deg.to_radians().sin(), theta_deg.to_radians().cos(), 0.0);
+    let mut scene = narrow("tilted-receiver", normal + 0.5 * DVec3::Z, DVec3::ZERO);
+    let turn = glam::DQuat::from_rotation_arc(DVec3::Z, normal);
+    let receiver = DAffine3::from_scale_rotation_translation(DVec3::splat(0.5), turn, DVec3::ZERO);
+    place(&mut scene, "receiver", Shape::Rectangle, receiver, lambert(DVec3::ONE));
+    place(&mut scene, "lamp", Shape::Sphere, sphere_at(distance * DVec3::Y, radius), lamp(emission));
+    let irradiance = PI * emission * (radius / distance).powi(2) * theta_deg.to_radians().cos();
+    Known {
+        name: "tilted receiver",
+        about: "E(theta)/E(0) = cos(theta) under a distant lamp",
+        scene,
+        radiance: irradiance / PI,
+    }
+}
+
 /// Square lamp of side 1 parallel to the floor, 1 above its corner's foot: E from the form factor of a parallel rectangle
 /// (Siegel and Howell, configuration 4, differential element to rectangle) times pi L.
 pub fn rectangle_lamp() -> Known {

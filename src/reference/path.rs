@@ -11,7 +11,7 @@ use super::surface::Surface;
 use super::tree::{Hit, Ray, Tree};
 use crate::bsdf::{SAMPLE_DELTA, SAMPLE_TRANSMISSION};
 use crate::camera::Start;
-use crate::integrator::path::{power_heuristic, survival_probability};
+use crate::integrator::path::{ALPHA_LAYERS, power_heuristic, survival_probability};
 use crate::integrator::{Estimator, Settings};
 use crate::prepare::records::NONE;
 use crate::sampler::{self, Purpose};
@@ -119,6 +119,8 @@ pub struct Sample {
     pub rays: u32,
     /// Directions dropped, or normals replaced, because shading and geometric sides disagree.
     pub disagreements: u32,
+    /// Rays that passed more absent surfaces than are followed.
+    pub alpha_overflows: u32,
     /// The path was cut by `max_depth` at a surface that scatters.
     pub is_cut: bool,
     /// Luminance of the throughput that was cut.
@@ -166,7 +168,7 @@ pub fn trace<W: World>(
     let mut from = start.origin;
     // A meter that collects from a hemisphere is served like a surface.
     if let Some(normal) = start.receiver {
-        let (light, rays) = receive(world, settings, random, &start, normal);
+        let (light, rays) = receive(world, settings, random, &start, normal, &mut sample.alpha_overflows);
         sample.radiance += throughput * light;
         sample.rays += rays;
         scatter_pdf = Some(start.direction.dot(normal) / std::f64::consts::PI);
@@ -174,7 +176,7 @@ pub fn trace<W: World>(
     for edge in 1..=settings.edges() {
         // 1. Where the edge ends.
         sample.rays += 1;
-        let hit = closest_present(world, random, &ray, vertex);
+        let hit = closest_present(world, random, &ray, vertex, &mut sample.alpha_overflows);
         let weight = |light_density: f64| match (scatter_pdf, settings.estimator) {
             (None, _) | (_, Estimator::Bsdf) => 1.0,
             // What light sampling cannot find counts whole.
@@ -262,7 +264,7 @@ pub fn trace<W: World>(
                     cone: DVec2::ZERO,
                 };
                 sample.rays += 1;
-                if !is_blocked(world, random, &shadow, light.distance, vertex) {
+                if !is_blocked(world, random, &shadow, light.distance, vertex, &mut sample.alpha_overflows) {
                     let w = match settings.estimator {
                         Estimator::Mis if !light.is_delta => power_heuristic(light.density, bsdf.pdf(wo, wi)),
                         _ => 1.0,
@@ -316,21 +318,46 @@ pub fn trace<W: World>(
     sample
 }
 
-/// First hit that is there. Candidates come in the order (t, primitive), each decided by its own hash.
-fn closest_present<W: World>(world: &W, random: &W::Stream, ray: &Ray, vertex: u32) -> Option<Hit> {
+/// First hit that is there. Candidates come in the order (t, primitive), each decided by its own hash; the one after
+/// ALPHA_LAYERS absent ones stands for what is no longer followed.
+fn closest_present<W: World>(
+    world: &W,
+    random: &W::Stream,
+    ray: &Ray,
+    vertex: u32,
+    overflows: &mut u32,
+) -> Option<Hit> {
     let mut hit = world.tree().closest(ray, None, f64::INFINITY)?;
     if world.has_alpha() {
-        while !is_present(world, random, ray, &hit, vertex, RayKind::Closest) {
+        let mut absent = 0;
+        while absent < ALPHA_LAYERS && !is_present(world, random, ray, &hit, vertex, RayKind::Closest) {
+            absent += 1;
             hit = world.tree().closest(ray, Some(&hit), f64::INFINITY)?;
         }
+        *overflows += u32::from(absent == ALPHA_LAYERS);
     }
     Some(hit)
 }
 
-pub(super) fn is_blocked<W: World>(world: &W, random: &W::Stream, ray: &Ray, distance: f64, vertex: u32) -> bool {
-    world
-        .tree()
-        .any(ray, distance, |hit| !world.has_alpha() || is_present(world, random, ray, hit, vertex, RayKind::Shadow))
+/// Hits come in no order: one that is there blocks, and so do more than ALPHA_LAYERS that are not.
+pub(super) fn is_blocked<W: World>(
+    world: &W,
+    random: &W::Stream,
+    ray: &Ray,
+    distance: f64,
+    vertex: u32,
+    overflows: &mut u32,
+) -> bool {
+    let mut absent = 0;
+    let is_blocked = world.tree().any(ray, distance, |hit| {
+        if !world.has_alpha() || is_present(world, random, ray, hit, vertex, RayKind::Shadow) {
+            return true;
+        }
+        absent += 1;
+        false
+    });
+    *overflows += u32::from(!is_blocked && absent > ALPHA_LAYERS);
+    is_blocked || absent > ALPHA_LAYERS
 }
 
 fn is_present<W: World>(world: &W, random: &W::Stream, ray: &Ray, hit: &Hit, vertex: u32, kind: RayKind) -> bool {

@@ -16,6 +16,7 @@ pub(super) fn receive<W: World>(
     random: &W::Stream,
     start: &Start,
     normal: DVec3,
+    overflows: &mut u32,
 ) -> (DVec3, u32) {
     let none = (DVec3::ZERO, 0);
     if settings.estimator == Estimator::Bsdf {
@@ -34,7 +35,7 @@ pub(super) fn receive<W: World>(
         ignores: light.primitive,
         cone: DVec2::ZERO,
     };
-    if is_blocked(world, random, &shadow, light.distance, 0) {
+    if is_blocked(world, random, &shadow, light.distance, 0, overflows) {
         return (DVec3::ZERO, 1);
     }
     let weight = match settings.estimator {

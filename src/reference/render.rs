@@ -43,6 +43,7 @@ impl<W: World> Renderer<W> {
             slot.rays += sample.rays;
             slot::LEDGER_DISAGREE.add(&mut slot, sample.disagreements);
             slot::LEDGER_DEPTH.add(&mut slot, u32::from(sample.is_cut));
+            slot::LEDGER_ALPHA_OVERFLOW.add(&mut slot, sample.alpha_overflows);
             lost += sample.lost;
             let cause = match sample.radiance {
                 r if r.is_nan() => Some(slot::LEDGER_NAN),

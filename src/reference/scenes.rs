@@ -116,7 +116,7 @@ pub fn stretched_ball() -> DAffine3 {
     )
 }
 
-/// Textures, vertex colours, uv transforms, a stretched and a mirrored instance with smooth normals, under a turned sky.
+/// Textures, vertex colours, uv transforms, a normal map, a stretched and two mirrored instances, under a turned sky.
 pub fn textured(size: u32) -> Scene {
     let mut s = empty("textured", camera(DVec3::new(0.5, 1.8, 4.0), DVec3::Y * 0.5, 40f64.to_radians()), size);
     s.images.push(hot_sky());
@@ -155,13 +155,22 @@ pub fn textured(size: u32) -> Scene {
     let mirrored = body(DVec3::new(-0.6, 0.6, 0.6), 0.2, DVec3::new(0.9, 0.6, 0.2));
     let tinted = Value::Multiply(Box::new(Value::VertexColor), Box::new(look_up(1, 3.0, 0.4)));
     place(&mut s, "mirrored", Shape::Mesh(0), mirrored, painted(tinted));
-    let turned = DAffine3::from_scale_rotation_translation(
-        DVec3::splat(0.4),
+    place(&mut s, "globe", Shape::Sphere, mirrored_globe(), slanted(painted(look_up(0, 1.0, 0.0))));
+    s
+}
+
+/// Transform of the globe of `textured`: turned and mirrored.
+pub fn mirrored_globe() -> DAffine3 {
+    DAffine3::from_scale_rotation_translation(
+        DVec3::new(-0.4, 0.4, 0.4),
         DQuat::from_rotation_x(0.9),
         DVec3::new(0.0, 0.4, 1.0),
-    );
-    place(&mut s, "globe", Shape::Sphere, turned, painted(look_up(0, 1.0, 0.0)));
-    s
+    )
+}
+
+/// With a normal map that tilts every normal alike, towards growing u and up the picture.
+pub fn slanted(material: Material) -> Material {
+    Material { normal_map: Some((Value::rgb(0.65, 0.6, 0.95), 1.0)), ..material }
 }
 
 /// Pictures seen far smaller than their texels, read by footprints: a floor to the horizon, mirrored, turned and by normal map.
@@ -292,6 +301,42 @@ pub fn discs(size: u32) -> Scene {
     let mut small = lamp(DVec3::new(20.0, 30.0, 40.0));
     small.emission_two_sided = true;
     place(&mut s, "small lamp", Shape::Disc, plate(DVec3::new(-0.3, 0.9, 0.5), DVec3::X, 0.06), small);
+    s
+}
+
+/// A wide floor with a ball and a small lamp beside it, under a dim sky with a sun of half a degree.
+pub fn small_sun(size: u32) -> Scene {
+    let mut s = empty("small-sun", camera(DVec3::new(0.0, 1.2, 4.0), DVec3::Y * 0.5, 40f64.to_radians()), size);
+    let (width, height) = (720u32, 360u32);
+    let texel = |k: u32| match (k % width, k / width) {
+        (500, 100) => [60_000.0, 55_000.0, 45_000.0],
+        (_, j) if j < height / 2 => [0.2, 0.3, 0.5],
+        _ => [0.1, 0.1, 0.1],
+    };
+    let pixels = (0..width * height).flat_map(texel).collect::<Vec<f32>>();
+    s.images.push(Image { name: "sun".to_owned(), width, height, pixels: Pixels::RgbF32(pixels.into()) });
+    s.sky = Some(Sky { radiance: SkyRadiance::Image(0), rotation_rad: 0.0, scale: 1.0 });
+    place(&mut s, "floor", Shape::Rectangle, wall(DVec3::ZERO, DVec3::Y, [30.0, 30.0]), lambert(DVec3::splat(0.5)));
+    place(&mut s, "ball", Shape::Sphere, sphere_at(DVec3::new(0.3, 0.5, 0.0), 0.5), lambert(DVec3::splat(0.7)));
+    let center = DVec3::new(-0.9, 0.4, 0.5);
+    place(&mut s, "lamp", Shape::Sphere, sphere_at(center, 0.05), lamp(DVec3::new(400.0, 300.0, 200.0)));
+    s
+}
+
+/// The Cornell box closed by a wall with a window in front, seen from inside, under a white sky.
+pub fn room_with_window(size: u32) -> Scene {
+    let mut s = cornell(size);
+    s.name = "room".to_owned();
+    s.camera = camera(DVec3::new(0.0, 1.0, 0.9), DVec3::Y, 80f64.to_radians());
+    for (center, half) in [
+        (DVec3::new(0.0, 0.3, 1.0), [1.0, 0.3]),
+        (DVec3::new(0.0, 1.7, 1.0), [1.0, 0.3]),
+        (DVec3::new(-0.7, 1.0, 1.0), [0.3, 0.4]),
+        (DVec3::new(0.7, 1.0, 1.0), [0.3, 0.4]),
+    ] {
+        place(&mut s, "front", Shape::Rectangle, wall(center, DVec3::NEG_Z, half), lambert(DVec3::splat(0.73)));
+    }
+    s.sky = Some(Sky { radiance: SkyRadiance::Uniform(DVec3::splat(6.0)), rotation_rad: 0.0, scale: 1.0 });
     s
 }
 

@@ -170,14 +170,14 @@ impl Bounds {
         0.5 * self.min + 0.5 * self.max
     }
     #[inline(always)]
-    /// Distance at which the ray enters, or infinity when it misses or enters past `t_max`.
-    fn entry(&self, origin: DVec3, inverse: DVec3, t_max: f64) -> f64 {
+    /// Distance at which the ray enters, or infinity when it misses, leaves before `t_min` or enters past `t_max`.
+    fn entry(&self, origin: DVec3, inverse: DVec3, t_min: f64, t_max: f64) -> f64 {
         let a = (self.min - origin) * inverse;
         let b = (self.max - origin) * inverse;
         // `f64::min` and `max` drop a NaN (0 * infinity: the ray lies in a face), which leaves that slab open.
         let near = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z)).max(0.0);
         let far = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z)) * (1.0 + 4.0 * f64::EPSILON);
-        if near <= far && near <= t_max { near } else { f64::INFINITY }
+        if near <= far && near <= t_max && far >= t_min { near } else { f64::INFINITY }
     }
 }
 
@@ -221,7 +221,9 @@ impl Tree {
     /// First hit with 0 < t <= t_max in the order (t, primitive), past `after` in that order.
     pub fn closest(&self, ray: &Ray, after: Option<&Hit>, t_max: f64) -> Option<Hit> {
         let mut best: Option<Hit> = None;
-        self.visit(ray, t_max, |hit| {
+        // Boxes behind `after` are skipped; 1e-9 is far above the rounding of a hit's distance.
+        let t_min = after.map_or(0.0, |a| a.t * (1.0 - 1e-9));
+        self.visit(ray, t_min, t_max, |hit| {
             let is_later = after.is_none_or(|a| (hit.t, hit.primitive) > (a.t, a.primitive));
             let is_better = best.is_none_or(|b| (hit.t, hit.primitive) < (b.t, b.primitive));
             if is_later && is_better {
@@ -235,21 +237,22 @@ impl Tree {
     /// True when some hit with 0 < t < t_max satisfies `blocks`.
     pub fn any(&self, ray: &Ray, t_max: f64, mut blocks: impl FnMut(&Hit) -> bool) -> bool {
         let mut is_blocked = false;
-        self.visit(ray, t_max, |hit| {
+        self.visit(ray, 0.0, t_max, |hit| {
             is_blocked = is_blocked || (hit.t < t_max && blocks(&hit));
             if is_blocked { -1.0 } else { t_max }
         });
         is_blocked
     }
 
-    /// Calls `found` with hits in 0 < t <= limit, in no order; it returns the new limit, negative to stop.
+    /// Calls `found` with hits in 0 < t <= limit, in no order; it returns the new limit, negative to stop. Hits before `t_min`
+    /// may be left out.
     #[inline(always)]
-    fn visit(&self, ray: &Ray, mut t_max: f64, mut found: impl FnMut(Hit) -> f64) {
+    fn visit(&self, ray: &Ray, t_min: f64, mut t_max: f64, mut found: impl FnMut(Hit) -> f64) {
         let Some(root) = self.nodes.first() else { return };
         let inverse = ray.direction.recip();
         let mut stack = [(0u32, 0.0f64); STACK_SIZE];
         let mut depth = 0;
-        let entry = root.bounds.entry(ray.origin, inverse, t_max);
+        let entry = root.bounds.entry(ray.origin, inverse, t_min, t_max);
         if entry == f64::INFINITY {
             return;
         }
@@ -267,7 +270,7 @@ impl Tree {
             let node = &self.nodes[index as usize];
             if node.count == 0 {
                 let children = [index + 1, node.at];
-                let entries = children.map(|c| self.nodes[c as usize].bounds.entry(ray.origin, inverse, t_max));
+                let entries = children.map(|c| self.nodes[c as usize].bounds.entry(ray.origin, inverse, t_min, t_max));
                 let (near, far) = if entries[0] <= entries[1] { (0, 1) } else { (1, 0) };
                 if entries[far] < f64::INFINITY {
                     stack[depth] = (children[far], entries[far]);

@@ -27,6 +27,15 @@ pub struct Program {
 /// Numbers fixed for a render. The id is the place in the list.
 const CONSTANTS: [&str; 6] = ["WIDTH", "MAX_DEPTH", "ROULETTE_EDGE", "LIGHT_COUNT", "ELEMENT_COUNT", "SUN_COUNT"];
 
+/// Specialisation constants by name, in the order of their ids. Pure.
+pub fn constants(settings: &Settings, prepared: &Prepared) -> [(&'static str, u32); CONSTANTS.len()] {
+    let (edges, roulette_edge) = (settings.edges(), settings.first_roulette_edge());
+    let (lights, elements) = (prepared.lights.len() as u32, prepared.sensor_elements.len() as u32);
+    let suns = prepared.lights.iter().filter(|l| l.kind == light::LIGHT_SUN).count() as u32;
+    let values = [prepared.width, edges, roulette_edge, lights, elements, suns];
+    std::array::from_fn(|id| (CONSTANTS[id], values[id]))
+}
+
 /// Invocations a workgroup; on lavapipe 8 to 256 made no difference above noise.
 pub const WORKGROUP: u32 = 64;
 
@@ -158,11 +167,7 @@ pub fn assemble(
     for stem in [&*integrator, "film/slot", "kernel/render"] {
         source = file(source, stem);
     }
-    let (edges, roulette_edge) = (settings.edges(), settings.first_roulette_edge());
-    let (lights, elements) = (prepared.lights.len() as u32, prepared.sensor_elements.len() as u32);
-    let suns = prepared.lights.iter().filter(|l| l.kind == light::LIGHT_SUN).count() as u32;
-    let values = [prepared.width, edges, roulette_edge, lights, elements, suns];
-    Ok(Program { source, tables, constants: (0..).zip(values).collect() })
+    Ok(Program { source, tables, constants: (0..).zip(constants(settings, prepared).map(|c| c.1)).collect() })
 }
 
 fn file(source: Source, stem: &str) -> Source {

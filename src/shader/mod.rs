@@ -8,3 +8,6 @@ pub mod record;
 pub mod reflect;
 pub mod source;
 pub mod tables;
+
+#[cfg(test)]
+mod snapshots;

@@ -1,47 +1,67 @@
 //! Every table a kernel can read: name, record, rows, and the feature it belongs to. A table that is not needed has no binding.
 
+use std::borrow::Cow;
+use std::slice::from_ref;
+
 use crate::bsdf;
 use crate::film::{filter, slot};
+use crate::integrator::path::ALPHA_LAYERS;
 use crate::light;
 use crate::prepare::Prepared;
 use crate::prepare::features::Features;
 use crate::prepare::records::*;
 use crate::shader::cache::{FNV_OFFSET, fnv1a};
-use crate::shader::record::GpuRecord;
+use crate::shader::record::{Field, GpuRecord};
 
 /// One table as text and data see it.
 pub struct TableEntry {
     pub name: &'static str,
     /// Struct and loader of its record; None for tables of bare rows.
     pub loader: Option<fn(&str) -> String>,
+    /// Name and fields of its record; none for tables of bare rows.
+    pub record: &'static str,
+    pub fields: &'static [Field],
     pub is_needed: fn(&Features) -> bool,
-    pub rows: fn(&Prepared) -> Vec<[u32; 4]>,
+    /// Borrowed, so that nothing of a scene is in memory a third time while it is uploaded.
+    pub rows: fn(&Prepared) -> Cow<'_, [[u32; 4]]>,
 }
 
 fn loader<R: GpuRecord>(table: &str) -> String {
     R::glsl_struct() + &R::glsl_loader(table)
 }
 
-fn rows_of<R: bytemuck::Pod>(records: &[R]) -> Vec<[u32; 4]> {
-    bytemuck::cast_slice(records).to_vec()
+fn rows_of<R: bytemuck::Pod>(records: &[R]) -> Cow<'_, [[u32; 4]]> {
+    Cow::Borrowed(bytemuck::cast_slice(records))
+}
+
+/// A table of the models' own, the same for every scene.
+fn constant_rows(name: &str) -> Cow<'static, [[u32; 4]]> {
+    Cow::Owned(bsdf::table_rows(name).unwrap_or_default().into_iter().map(|row| row.map(f32::to_bits)).collect())
 }
 
 macro_rules! table {
     ($name:literal, $record:ty, $needed:expr, $rows:expr) => {
-        TableEntry { name: $name, loader: Some(loader::<$record>), is_needed: $needed, rows: $rows }
+        TableEntry {
+            name: $name,
+            loader: Some(loader::<$record>),
+            record: <$record as GpuRecord>::NAME,
+            fields: <$record as GpuRecord>::FIELDS,
+            is_needed: $needed,
+            rows: $rows,
+        }
     };
     ($name:literal, $needed:expr, $rows:expr) => {
-        TableEntry { name: $name, loader: None, is_needed: $needed, rows: $rows }
+        TableEntry { name: $name, loader: None, record: "", fields: &[], is_needed: $needed, rows: $rows }
     };
 }
 
 pub const TABLES: &[TableEntry] = &[
-    table!("camera", CameraRecord, |_| true, |p| rows_of(&[p.camera])),
+    table!("camera", CameraRecord, |_| true, |p| rows_of(from_ref(&p.camera))),
     table!("sensor_elements", SensorElementRecord, |f| f.sensor_elements(), |p| rows_of(&p.sensor_elements)),
     table!("sensor_alias", |f| f.sensor_elements(), |p| rows_of(&p.sensor_alias)),
     table!("filter_cells", |f| f.filter, |p| match p.filter.is_empty() {
-        true => filter::PixelFilter::BOX.cells(),
-        false => p.filter.clone(),
+        true => Cow::Owned(filter::PixelFilter::BOX.cells()),
+        false => rows_of(&p.filter),
     }),
     table!("bvh", |_| true, |p| rows_of(&p.bvh.nodes)),
     table!("triangles", TriangleRecord, |f| f.triangles, |p| rows_of(&p.triangles)),
@@ -53,18 +73,16 @@ pub const TABLES: &[TableEntry] = &[
     table!("uvs", UvRecord, |f| f.uvs && f.triangles, |p| rows_of(&p.uvs)),
     table!("colors", ColorRecord, |f| f.colors, |p| rows_of(&p.colors)),
     table!("materials", MaterialRecord, |_| true, |p| rows_of(&p.materials)),
-    table!("material_data", |_| true, |p| p.material_data.clone()),
+    table!("material_data", |_| true, |p| rows_of(&p.material_data)),
     table!("textures", TextureRecord, |f| f.image_textures, |p| rows_of(&p.textures)),
-    table!("texels", |f| f.image_textures, |p| p.texels.clone()),
+    table!("texels", |f| f.image_textures, |p| rows_of(&p.texels)),
     table!("lights", LightRecord, |f| f.next_event() || f.suns, |p| rows_of(&p.lights)),
     table!("light_alias", |f| f.next_event(), |p| rows_of(&p.light_alias)),
-    table!("sky", SkyRecord, |f| f.sky, |p| rows_of(&[p.sky])),
+    table!("sky", SkyRecord, |f| f.sky, |p| rows_of(from_ref(&p.sky))),
     table!("sky_texels", SkyTexelRecord, |f| f.sky && f.sky_image, |p| rows_of(&p.sky_texels)),
     table!("sky_alias", |f| f.samples_light(light::LIGHT_SKY) && f.sky_image, |p| rows_of(&p.sky_alias)),
     table!("media", MediumRecord, |f| f.media, |p| rows_of(&p.media)),
-    table!("ggx_albedo", |f| f.bsdf_table("ggx_albedo"), |_| rows_of(
-        &bsdf::table_rows("ggx_albedo").unwrap_or_default()
-    )),
+    table!("ggx_albedo", |f| f.bsdf_table("ggx_albedo"), |_| constant_rows("ggx_albedo")),
 ];
 
 impl Features {
@@ -122,6 +140,7 @@ pub fn shared_constants() -> String {
         TEXTURE_MIPS,
         TEXTURE_MIP_NEAREST,
         TEXTURE_MIN_NEAREST,
+        ALPHA_LAYERS,
         HIT_TRIANGLE,
         HIT_SPHERE,
         HIT_DISC,

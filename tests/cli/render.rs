@@ -120,6 +120,35 @@ fn interrupt_writes_what_is_there() {
     }
 }
 
+/// A signal while the kernel is compiled, by the program or by the driver: at once, with a sentence, and no file.
+#[cfg(unix)]
+#[test]
+fn interrupt_before_the_first_samples_ends_at_once() {
+    for wait_ms in [700, 2500] {
+        let dir = tempfile::tempdir().unwrap();
+        let png = dir.path().join("a.png");
+        let child = Command::new(env!("CARGO_BIN_EXE_steradian"))
+            .args(["render", &scene("showcase.toml").display().to_string(), "--everything", "--no-cache"])
+            .args(["--size", "64x40", "--spp", "16", "-o"])
+            .arg(&png)
+            .env("MESA_SHADER_CACHE_DISABLE", "true")
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(wait_ms));
+        let begun = std::time::Instant::now();
+        Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+        let ended = child.wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+        assert_eq!(ended.status.code(), Some(130), "{said}");
+        // Compiling all of it takes longer than this.
+        assert!(begun.elapsed() < Duration::from_secs(2), "{:?}", begun.elapsed());
+        assert!(said.contains("before the first samples: nothing is written"), "{said}");
+        assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0, "nothing is left behind");
+    }
+}
+
 #[test]
 fn help_and_version_go_to_stdout() {
     for arguments in [&["--help"][..], &["--version"], &["render", "--help"], &["compare", "--help"]] {

@@ -143,9 +143,10 @@ impl<'a> Independent<'a> {
                     local.x.atan2(-local.z) / std::f64::consts::TAU + 0.5,
                     local.y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI,
                 );
-                // Towards growing u, about the sphere's own y axis.
-                let axis = instance.to_world.matrix3.y_axis;
-                let tangent = Some((normal.cross(axis), 1.0));
+                // Towards growing u: the matrix applied to the local derivative (-z, 0, x) of (sin u, ., -cos u).
+                // A normal map's y points up the picture, to the pole v = 0; u grows to the left seen from outside.
+                let tangent = instance.to_world.matrix3 * DVec3::new(-local.z, 0.0, local.x);
+                let tangent = Some((tangent, if p.is_mirrored { 1.0 } else { -1.0 }));
                 Point {
                     position,
                     geometric_normal: normal,

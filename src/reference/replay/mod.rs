@@ -142,7 +142,7 @@ impl Replay {
     /// What patterns read where the sphere's outward normal is `normal`.
     fn sphere_point(&self, sphere: &SphereRecord, normal: DVec3) -> Point {
         let [x, y, z, w] = sphere.rotation.map(f64::from);
-        let local = glam::DQuat::from_xyzw(x, y, z, w).normalize() * normal;
+        let local = f64::from(sphere.handedness) * (glam::DQuat::from_xyzw(x, y, z, w).normalize() * normal);
         let u = 0.5 + local.x.atan2(-local.z) / std::f64::consts::TAU;
         let v = local.y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
         Point { uvs: [DVec2::new(u, v); 2], ..Point::default() }
@@ -284,8 +284,8 @@ impl World for Replay {
                 let ng = (position - vec(sphere.center)).normalize();
                 let [x, y, z, w] = sphere.rotation.map(f64::from);
                 let axis = glam::DQuat::from_xyzw(x, y, z, w).normalize().conjugate() * DVec3::Y;
-                // Towards growing u.
-                let tangent = follows_tangent.then(|| (ng.cross(axis), 1.0));
+                // Towards growing u, which is to the left seen from outside; the bitangent points to the pole v = 0.
+                let tangent = follows_tangent.then(|| (ng.cross(axis), -f64::from(sphere.handedness)));
                 (position, ng, ng, tangent)
             }
         };
