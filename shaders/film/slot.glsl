@@ -10,13 +10,9 @@ void slot_write(uint slot, Spectrum sum, Tally t) {
     ledger = ledger_count(ledger, LEDGER_ALPHA_OVERFLOW, t.alpha_overflow);
 #endif
     SlotRecord r = SlotRecord(sum, t.rays, ledger.x, ledger.y, t.lost_energy, t.first_bad);
-#if AOVS
     uint row = slot * (SLOT_ROWS + AOV_ROWS);
-    AovSlotRecord a = AovSlotRecord(t.albedo, t.distance, t.normal, uint(t.hits));
-    slots.rows[row + SLOT_ROWS] = AovSlotRecord_row0(a);
-    slots.rows[row + SLOT_ROWS + 1u] = AovSlotRecord_row1(a);
-#else
-    uint row = slot * SLOT_ROWS;
+#if AOVS
+    aov_write(t.aovs, row + SLOT_ROWS);
 #endif
     slots.rows[row] = SlotRecord_row0(r);
     slots.rows[row + 1u] = SlotRecord_row1(r);

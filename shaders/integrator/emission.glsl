@@ -16,7 +16,7 @@ LightSample light_sample(PathState s, vec3 p) {
 
 #if HAS_BACKGROUND
 void add_background(inout PathState s) {
-    s.radiance += s.throughput * light_background(s);
+    path_gather(s, s.throughput * light_background(s), s.edge);
 }
 #endif
 
@@ -34,6 +34,6 @@ void add_emission(inout PathState s, Surface surface, MaterialRecord material, f
     }
 #endif
     Spectrum emitted = shines ? material_emission(material, surface.point) : Spectrum(0.0);
-    s.radiance += s.throughput * emitted * emission_weight(s, density);
+    path_gather(s, s.throughput * emitted * emission_weight(s, density), s.edge);
 }
 #endif

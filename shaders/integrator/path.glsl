@@ -21,7 +21,7 @@ bool integrator_step(inout PathState s, inout Tally tally) {
 #endif
         Shading shading = shading_load(s, surface, material, tally);
 #if AOVS
-        tally_surface(tally, s, surface, shading, hit.t);
+        aov_surface(tally.aovs, s, surface, shading, hit);
 #endif
         if (s.edge < MAX_DEPTH) {
 #if NEXT_EVENT

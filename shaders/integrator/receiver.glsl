@@ -22,7 +22,7 @@ uint receive(inout PathState s, vec3 normal, inout Tally tally) {
 #endif
     Ray shadow = Ray(s.ray.o, light.wi, is_candidate ? light.distance : 0.0);
     bool arrives = is_candidate && is_visible(shadow, light.primitive, s.hash, s.edge, tally);
-    s.radiance += arrives ? s.throughput * arriving * weight : Spectrum(0.0);
+    path_gather(s, arrives ? s.throughput * arriving * weight : Spectrum(0.0), 1u);
     return is_candidate ? 1u : 0u;
 }
 #endif

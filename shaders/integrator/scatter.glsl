@@ -90,7 +90,7 @@ uint add_next_event(inout PathState s, Surface surface, MaterialRecord material,
     // A ray of length 0 reaches nothing: lanes without a candidate leave the traversal at once.
     Ray shadow = Ray(origin, light.wi, is_candidate ? light.distance : 0.0);
     bool arrives = is_candidate && is_visible(shadow, light.primitive, s.hash, s.edge, tally);
-    s.radiance += arrives ? s.throughput * f * arriving * weight : Spectrum(0.0);
+    path_gather(s, arrives ? s.throughput * f * arriving * weight : Spectrum(0.0), s.edge + 1u);
     return is_candidate ? 1u : 0u;
 }
 #endif

@@ -20,6 +20,10 @@ struct PathState {
 #if TEXTURE_HAS_MIPS
     vec2 cone;  // diameter of the ray's cone where it starts, m, and its growth a metre
 #endif
+#if AOV_SPLIT
+    Spectrum direct;  // the part of radiance by paths of at most two edges
+#endif
+    AOV_ID_MEMBERS
 };
 
 // Sums over the samples of a slot; the layout written out is src/film/slot.rs.
@@ -36,12 +40,17 @@ struct Tally {
     float lost_energy;
     uint first_bad;
 #if AOVS
-    Spectrum albedo;
-    vec3 normal;
-    float distance;
-    float hits;
+    AovSums aovs;
 #endif
 };
+
+// Light that came by a path of `edges` edges: every contribution to a sample's radiance passes here.
+void path_gather(inout PathState s, Spectrum light, uint edges) {
+    s.radiance += light;
+#if AOV_SPLIT
+    s.direct += edges <= 2u ? light : Spectrum(0.0);
+#endif
+}
 
 uint path_word(PathState s, uvec2 purpose) {
     return sample_u32(s.id, s.edge, purpose);

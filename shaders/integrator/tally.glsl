@@ -1,4 +1,4 @@
-// What a slot learns from its paths: ledger counts and, when asked, albedo, normal and distance of the first surface.
+// What a slot learns from its paths: ledger counts and, what AOVs were asked for (src/film/aov).
 
 Tally tally_new() {
     Tally t;
@@ -14,23 +14,10 @@ Tally tally_new() {
     t.lost_energy = 0.0;
     t.first_bad = NONE;
 #if AOVS
-    t.albedo = Spectrum(0.0);
-    t.normal = vec3(0.0);
-    t.distance = 0.0;
-    t.hits = 0.0;
+    t.aovs = aov_new();
 #endif
     return t;
 }
-
-#if AOVS
-void tally_surface(inout Tally t, PathState s, Surface surface, Shading shading, float distance) {
-    bool is_first = s.edge == 1u;
-    t.albedo += is_first ? bsdf_albedo(shading.lobes) : Spectrum(0.0);
-    t.normal += is_first ? shading.frame.n : vec3(0.0);
-    t.distance += is_first ? distance : 0.0;
-    t.hits += is_first ? 1.0 : 0.0;
-}
-#endif
 
 // A path cut at the depth limit while its surface would still scatter.
 void tally_depth(inout Tally t, PathState s, Shading shading) {
@@ -40,7 +27,8 @@ void tally_depth(inout Tally t, PathState s, Shading shading) {
 }
 
 // The sample as it enters the sum: NaN and infinity are counted and enter as 0, negatives are counted and kept.
-Spectrum tally_sample(inout Tally t, Spectrum radiance, uint sample_index) {
+Spectrum tally_sample(inout Tally t, PathState s, uint slot, uint sample_index) {
+    Spectrum radiance = s.radiance;
     bool has_nan = is_nan_bits(radiance.x) || is_nan_bits(radiance.y) || is_nan_bits(radiance.z);
     bool has_inf = is_inf_bits(radiance.x) || is_inf_bits(radiance.y) || is_inf_bits(radiance.z);
     bool is_negative = !(has_nan || has_inf) && (radiance.x < 0.0 || radiance.y < 0.0 || radiance.z < 0.0);
@@ -49,5 +37,8 @@ Spectrum tally_sample(inout Tally t, Spectrum radiance, uint sample_index) {
     t.negative += is_negative ? 1u : 0u;
     bool is_bad = has_nan || has_inf;
     t.first_bad = (is_bad || is_negative) && t.first_bad == NONE ? sample_index : t.first_bad;
+#if AOVS
+    aov_path(t.aovs, s, is_bad, slot * (SLOT_ROWS + AOV_ROWS) + SLOT_ROWS, sample_index % BLOCK_SAMPLES);
+#endif
     return is_bad ? Spectrum(0.0) : radiance;
 }

@@ -25,6 +25,10 @@ PathState path_begin(uint pixel, uint sample_index, inout Tally tally, out uint 
 #if TEXTURE_HAS_MIPS
     s.cone = camera.cone;
 #endif
+#if AOV_SPLIT
+    s.direct = Spectrum(0.0);
+#endif
+    AOV_ID_START
     rays = 0u;
 #if HAS_RECEIVER
     s.pdf = dot(start.d, start.receiver) * INV_PI;
@@ -54,7 +58,7 @@ void main() {
     while (is_running) {
         bool goes_on = integrator_step(state, tally);
         if (!goes_on) {
-            sum += tally_sample(tally, state.radiance, sample_index);
+            sum += tally_sample(tally, state, slot, sample_index);
             is_running = sample_index != last_sample;
             sample_index += 1u;
             state = path_begin(pixel, sample_index, tally, rays);

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use steradian::error::Error;
 use steradian::film::Film;
+use steradian::film::aov::Aovs;
 use steradian::film::source::SampleSource;
 use steradian::gpu::renderer::KernelOptions;
 use steradian::integrator::{SamplerKind, Settings};
@@ -113,7 +114,7 @@ fn load(args: &Args, path: &Path) -> anyhow::Result<Scene> {
     scene::ensure_light(&mut scene);
     // Names of files in the folder.
     scene.name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    Film::check_memory(scene.film.width, scene.film.height, false)?;
+    Film::check_memory(scene.film.width, scene.film.height, Aovs::NONE)?;
     Ok(scene)
 }
 
@@ -174,7 +175,7 @@ fn own_reference(
         Some(spp) => steradian::render::blocks_for(spp),
         None => {
             // A pilot: one block with the driver's compilation in it, then half a second of blocks.
-            let mut film = Film::new(scene.film.width, scene.film.height, false, 0);
+            let mut film = Film::new(scene.film.width, scene.film.height, Aovs::NONE, 0);
             source.render_blocks(0..1, &mut film, &|| false)?;
             let begun = std::time::Instant::now();
             let mut done = 0u64;

@@ -4,6 +4,8 @@ use steradian::gpu::{self, Choice, Selected};
 use steradian::prepare;
 use steradian::report::inspect;
 
+use steradian::film::aov::Aovs;
+
 use super::scene_args::SceneArgs;
 use super::{Exit, say};
 
@@ -24,7 +26,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> anyhow::Result<Exit> {
     let scene = args.scene.load()?;
-    let settings = args.scene.settings(&scene, false);
+    let settings = args.scene.settings(&scene, Aovs::NONE);
     let prepared = prepare::prepare(&scene, &settings)?;
     scene.notes.iter().chain(&prepared.notes).for_each(say);
     let selected = gpu::select(&Choice::from(args.device.as_str()), &gpu::Options::default())?;

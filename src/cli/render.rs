@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use steradian::film::Film;
+use steradian::film::aov::{Aovs, Names};
 use steradian::film::slot::BLOCK_SAMPLES;
 use steradian::film::source::DeviceInfo;
 use steradian::integrator::Settings;
@@ -41,6 +42,9 @@ pub struct Args {
     /// Stops of exposure for .png
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = super::parse_finite)]
     exposure: f64,
+    /// What an .exr holds beside radiance: names with commas, all or none [default: albedo,normal,depth,variance,samples]
+    #[arg(long, value_name = "LIST", value_parser = Aovs::parse)]
+    aov: Option<Aovs>,
     /// Writes the run's record as JSON
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
@@ -60,10 +64,16 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     // Load and resolve.
     let begun = Instant::now();
     let scene = args.scene.load()?;
-    let has_aov = outputs.iter().any(|path| Format::of(path).is_ok_and(|f| f == Format::Exr));
+    let has_exr = outputs.iter().any(|path| Format::of(path).is_ok_and(|f| f == Format::Exr));
+    let aovs = match (&args.aov, has_exr) {
+        (Some(chosen), true) => *chosen,
+        (None, true) => Aovs::usual(),
+        (Some(chosen), false) if *chosen != Aovs::NONE => anyhow::bail!("--aov is for .exr files, and none is written"),
+        _ => Aovs::NONE,
+    };
     let window = scene.film.window();
-    Film::check_memory(window.width, window.height, has_aov)?;
-    let settings = args.scene.settings(&scene, has_aov);
+    Film::check_memory(window.width, window.height, aovs)?;
+    let settings = args.scene.settings(&scene, aovs);
     seconds.load = begun.elapsed().as_secs_f64();
     let mut notes = scene.notes.clone();
     let stops = stops(args, &scene, started, &mut notes);
@@ -78,7 +88,8 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     notes.extend(source.describe().notes);
     notes.iter().for_each(say);
     let bar = Bar::new();
-    let outcome = render::render_window(source.as_mut(), window, &stops, &|| interrupt.poll(), &mut |p| bar.update(p))?;
+    let mut outcome =
+        render::render_window(source.as_mut(), window, &stops, &|| interrupt.poll(), &mut |p| bar.update(p))?;
     bar.finish();
     if outcome.film.sample_count() == 0 {
         say("interrupted before the first samples: nothing is written");
@@ -90,6 +101,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     }
 
     // Write.
+    outcome.film.set_names(names(&scene, opened.origin));
     let device = source.describe();
     drop(source);
     (seconds.compile, seconds.upload, seconds.trace) = (device.compile_s, device.upload_s, outcome.trace_s);
@@ -108,6 +120,12 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     println!("{}", record.summary());
     outputs.iter().for_each(|path| println!("wrote {}", path.display()));
     Ok(if outcome.stopped_by == StoppedBy::Interrupt { Exit::Interrupted } else { Exit::Done })
+}
+
+/// Names behind the numbers of the id AOVs.
+fn names(scene: &Scene, origin: glam::DVec3) -> Names {
+    let objects = scene.instances.iter().map(|i| i.name.clone()).collect();
+    Names { objects, materials: scene.materials.iter().map(|m| m.name.clone()).collect(), origin }
 }
 
 /// `helmet.png` for `models/helmet.gltf`, in the current folder.

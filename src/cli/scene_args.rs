@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use steradian::film::aov::Aovs;
 use steradian::film::filter::{FilterKind, PixelFilter};
 use steradian::integrator::{DEFAULT_MAX_DEPTH, Estimator, IntegratorKind, SamplerKind, Settings};
 use steradian::scene::{self, Film, Scene, Sky, SkyRadiance, TextureFilter};
@@ -99,7 +100,7 @@ impl SceneArgs {
         scene.sky.as_mut().ok_or_else(no_sky)
     }
 
-    pub fn settings(&self, scene: &Scene, aovs: bool) -> Settings {
+    pub fn settings(&self, scene: &Scene, aovs: Aovs) -> Settings {
         Settings {
             integrator: self.integrator,
             estimator: self.estimator,

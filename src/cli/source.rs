@@ -42,6 +42,8 @@ pub struct Opened<'a> {
     pub bvh_s: f64,
     /// Scene to records, without the BVH.
     pub prepare_s: f64,
+    /// Where the origin of the records lies in the world.
+    pub origin: glam::DVec3,
 }
 
 /// Opens the device that `options` names and prepares `scene` for it.
@@ -50,6 +52,7 @@ pub fn open<'a>(scene: &'a Scene, settings: &Settings, options: &Options) -> any
     let begun = Instant::now();
     let prepared = prepare::prepare(scene, settings)?;
     let prepare_s = begun.elapsed().as_secs_f64() - prepared.bvh_s;
+    let origin = prepared.origin;
     let (mut notes, bvh_s) = (prepared.notes.clone(), prepared.bvh_s);
     let source: Box<dyn SampleSource + 'a> = match selected {
         Selected::Vulkan(device) => Box::new(on_device(&device, &prepared, settings, &options.kernel)?),
@@ -59,7 +62,7 @@ pub fn open<'a>(scene: &'a Scene, settings: &Settings, options: &Options) -> any
             Box::new(reference::render::Renderer::new(world, *settings))
         }
     };
-    Ok(Opened { source, notes, bvh_s, prepare_s })
+    Ok(Opened { source, notes, bvh_s, prepare_s, origin })
 }
 
 fn on_device(

@@ -4,6 +4,7 @@
 //! its rows in a file here: `math`, `warp`, `sampler`, `texture`, `light`, `bsdf`, `film`. Gate 3 compares every GLSL function free of
 //! path state with f64 (`probe`); a function that no row names is listed in `coverage` with the gate that covers it, or fails.
 
+pub mod aov;
 pub mod bsdf;
 pub mod camera;
 pub mod coverage;

@@ -6,6 +6,7 @@
 
 use std::collections::HashMap;
 
+use super::aov;
 use super::camera;
 use super::images;
 use super::replay;
@@ -30,10 +31,12 @@ enum Check {
     Replay(fn(u32) -> Scene),
     /// Gate 7 against the independent oracle.
     Image(fn(u32) -> Scene),
+    /// Gate 6 of the AOVs.
+    Aov(fn(u32) -> Scene),
     /// Gate 7 against a closed form.
     ClosedForm(fn() -> Known),
 }
-use Check::{ClosedForm, Image, Replay};
+use Check::{Aov, ClosedForm, Image, Replay};
 
 struct Mutation {
     name: &'static str,
@@ -130,6 +133,11 @@ const MUTATIONS: &[Mutation] = &[
         name: "media do not absorb",
         fault: text("integrator/state.glsl", "return is_inside ? through : Spectrum(1.0);", "return Spectrum(1.0);"),
         caught_by: &[ClosedForm(known::absorbing_slab)],
+    },
+    Mutation {
+        name: "light scattered once counts as indirect",
+        fault: text("integrator/state.glsl", "edges <= 2u ? light", "edges <= 1u ? light"),
+        caught_by: &[Aov(scenes::textured)],
     },
     Mutation {
         name: "normals go through the matrix, not its inverse transpose",
@@ -253,6 +261,7 @@ fn row(device: &Device, mutation: &Mutation, oracle: &mut HashMap<String, Film>)
 
 fn run(subject: &Subject, check: &Check, oracle: &mut HashMap<String, Film>) -> Result<GateRow, Error> {
     match check {
+        Aov(scene) => aov::replay(subject, &scene(SIZE)),
         Replay(scene) => replay::row(subject, &scene(SIZE), &Settings::default()),
         ClosedForm(known) => images::closed_form(subject, &known(), Estimator::Mis, SPP),
         Image(scene) => {

@@ -2,7 +2,7 @@
 
 use super::report::{Gate, GateRow, Verdict, is_wanted};
 use super::subject::Subject;
-use super::{camera, cosine, film, images, ledger, models, replay};
+use super::{aov, camera, cosine, film, images, ledger, models, replay};
 use crate::error::Error;
 use crate::integrator::{Estimator, Settings};
 use crate::reference::{known, meters, scenes};
@@ -34,6 +34,7 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     let (mut models, missing) = some_models(scale.size);
     models.push(scenes::mipmapped(scale.size));
     let known: Vec<known::Known> = known::all().into_iter().chain(meters::all()).collect();
+    let aov_scenes = [scenes::alpha_sheets(32), scenes::textured(32), scenes::materials(32)];
     let cameras = camera::scenes(scale.size / 2);
     let losses = ledger::losses();
     let mut list: Vec<(Gate, String, Run)> = Vec::new();
@@ -51,6 +52,10 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     }
     let law = move |s: &Subject| cosine::row(s, scale.closed_form_spp);
     list.push((Gate::Images, cosine::NAME.to_owned(), Box::new(law)));
+    for scene in &aov_scenes {
+        list.push((Gate::Replay, format!("aov replay {}", scene.name), Box::new(move |s| aov::replay(s, scene))));
+        list.push((Gate::Images, format!("aov image {}", scene.name), Box::new(move |s| aov::image(s, scene))));
+    }
     for (name, filter) in film::step_edges() {
         let row = move |s: &Subject| film::step_edge(s, filter, scale.closed_form_spp);
         list.push((Gate::Images, name, Box::new(row)));

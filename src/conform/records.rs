@@ -9,7 +9,7 @@ use std::mem::offset_of;
 use super::inputs::Inputs;
 use super::report::{Gate, GateRow, is_wanted};
 use crate::error::Error;
-use crate::film::slot::{self, AovSlotRecord, SlotRecord};
+use crate::film::slot::{self, SlotRecord};
 use crate::gpu::{Device, TableBody};
 use crate::integrator::Settings;
 use crate::prepare;
@@ -42,7 +42,6 @@ pub fn rows(device: &Device, filter: &str) -> Vec<GateRow> {
         });
     }
     add("slot SlotRecord".into(), "every word equal", &|name| slot_record::<SlotRecord>(device, name));
-    add("slot AovSlotRecord".into(), "every word equal", &|name| slot_record::<AovSlotRecord>(device, name));
     add("push constants".into(), "names, offsets and sizes equal", &|_| push_constants(device));
     rows
 }
@@ -154,7 +153,8 @@ fn push_constants(device: &Device) -> Result<Outcome, Error> {
     let wanted = members![tile_x, tile_y, tile_width, tile_pixels, first_block, block_count, seed];
     // The slots are rows of 16 bytes from offset 0 of the block.
     let slots = declared.structs.get("slots_block").map(|m| (m[0].offset, slot_rows(&features)));
-    let is_equal =
-        found == wanted && declared.push_bytes as usize == size_of::<Push>() && slots == Some((0, slot::rows(false)));
+    let is_equal = found == wanted
+        && declared.push_bytes as usize == size_of::<Push>()
+        && slots == Some((0, slot::rows(crate::film::aov::Aovs::NONE)));
     Ok((is_equal, format!("{} bytes: {found:?}; slots (offset, rows): {slots:?}", declared.push_bytes)))
 }

@@ -61,9 +61,20 @@ impl<'a> Subject<'a> {
         let prepared = prepared(scene, settings)?;
         let mut renderer = self.renderer(&prepared, settings, Vec::new())?;
         let (width, height) = renderer.resolution();
-        let mut film = Film::new(width, height, renderer.has_aov(), 0);
+        let mut film = Film::new(width, height, renderer.aovs(), 0);
         renderer.render_blocks(0..block_count, &mut film, &|| false)?;
         Ok(film)
+    }
+
+    /// The same, a film for each block.
+    pub fn films(&self, scene: &Scene, settings: &Settings, block_count: u64) -> Result<Vec<Film>, Error> {
+        let mut renderer = self.renderer(&prepared(scene, settings)?, settings, Vec::new())?;
+        let (width, height) = renderer.resolution();
+        let block = |k: u64| {
+            let mut film = Film::new(width, height, renderer.aovs(), k);
+            renderer.render_blocks(k..k + 1, &mut film, &|| false).map(|_| film)
+        };
+        (0..block_count).map(block).collect()
     }
 
     /// Slots of single samples, sample by sample and in each pixel by pixel; and the sound records they were made from.

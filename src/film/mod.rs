@@ -4,7 +4,8 @@
 //! each block's sum b and its square b^2 in block order with double-double accumulators (`dd`), so that the f32 result does
 //! not depend on how blocks were grouped into passes, tiles or machines. b^2 of an f32 is exact in f64.
 //!
-//! Memory a pixel: 100 bytes (`Film::BYTES_A_PIXEL`), and 64 more with AOVs. Tests: film/tests.rs.
+//! Memory a pixel: 100 bytes (`Film::BYTES_A_PIXEL`), and what the AOVs take (`aov::Layout`): 64 more for the usual ones. Tests:
+//! film/tests.rs.
 
 pub mod aov;
 pub mod dd;
@@ -18,10 +19,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use aov::AovSums;
+use aov::layout::{IdCounts, Layout};
+use aov::{Aovs, Names};
 use dd::Dd;
 use ledger::{BadSample, Ledger};
-use slot::{AovSlotRecord, BLOCK_SAMPLES, SlotRecord};
+use slot::{BLOCK_SAMPLES, SLOT_ROWS, SlotRecord};
 
 /// Sums of block sums and of their squares for one pixel, per channel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -62,7 +64,12 @@ pub struct Film {
     sums: Vec<PixelSums>,
     /// Blocks added, by pixel: they differ only when a pass was stopped between tiles.
     block_count: Vec<u32>,
-    aov: Option<Vec<AovSums>>,
+    aovs: Aovs,
+    layout: Layout,
+    /// `layout.sums` numbers and `layout.ids` lists a pixel.
+    aov_sums: Vec<f64>,
+    aov_ids: Vec<IdCounts>,
+    names: Names,
     ledger: Ledger,
     ray_count: u64,
 }
@@ -70,32 +77,34 @@ pub struct Film {
 impl Film {
     /// Host bytes for a pixel without AOVs.
     pub const BYTES_A_PIXEL: usize = size_of::<PixelSums>() + size_of::<u32>();
-    /// Host bytes for a pixel's AOVs.
-    pub const AOV_BYTES_A_PIXEL: usize = size_of::<AovSums>();
 
     /// An empty film of a whole image, whose blocks start at `first_block` (0 unless a range of samples is rendered).
-    pub fn new(width: u32, height: u32, has_aov: bool, first_block: u64) -> Self {
-        Self::over(Tile::image(width, height), has_aov, first_block)
+    pub fn new(width: u32, height: u32, aovs: Aovs, first_block: u64) -> Self {
+        Self::over(Tile::image(width, height), aovs, first_block)
     }
 
     /// The same for a part of an image.
-    pub fn over(window: Tile, has_aov: bool, first_block: u64) -> Self {
+    pub fn over(window: Tile, aovs: Aovs, first_block: u64) -> Self {
         let pixel_count = window.pixel_count();
+        let layout = Layout::of(aovs);
         Self {
             window,
             first_block,
             sums: vec![PixelSums::default(); pixel_count],
             block_count: vec![0; pixel_count],
-            aov: has_aov.then(|| vec![AovSums::default(); pixel_count]),
+            aov_sums: vec![0.0; pixel_count * layout.sums],
+            aov_ids: vec![IdCounts::default(); pixel_count * layout.ids],
+            aovs,
+            layout,
+            names: Names::default(),
             ledger: Ledger::default(),
             ray_count: 0,
         }
     }
 
     /// Whether a film of this size fits into the memory that is free now; else an error with both numbers.
-    pub fn check_memory(width: u32, height: u32, has_aov: bool) -> Result<(), Error> {
-        let a_pixel = Self::BYTES_A_PIXEL + if has_aov { Self::AOV_BYTES_A_PIXEL } else { 0 };
-        let needed = width as u64 * height as u64 * a_pixel as u64;
+    pub fn check_memory(width: u32, height: u32, aovs: Aovs) -> Result<(), Error> {
+        let needed = width as u64 * height as u64 * Self::bytes_a_pixel(aovs) as u64;
         match available_bytes() {
             Some(available) if needed > available => Err(Error::Usage(format!(
                 "a film of {width}x{height} needs {} MiB, but {} MiB of memory are free: choose a smaller --size",
@@ -119,8 +128,19 @@ impl Film {
     pub fn pixel_count(&self) -> usize {
         self.sums.len()
     }
-    pub fn has_aov(&self) -> bool {
-        self.aov.is_some()
+    pub fn aovs(&self) -> Aovs {
+        self.aovs
+    }
+    /// Names for the numbers of the id AOVs, and where the world's origin lies.
+    pub fn names(&self) -> &Names {
+        &self.names
+    }
+    pub fn set_names(&mut self, names: Names) {
+        self.names = names;
+    }
+    /// Host bytes for a pixel with these AOVs.
+    pub fn bytes_a_pixel(aovs: Aovs) -> usize {
+        Self::BYTES_A_PIXEL + Layout::of(aovs).bytes_a_pixel()
     }
     pub fn ledger(&self) -> &Ledger {
         &self.ledger
@@ -130,7 +150,7 @@ impl Film {
     }
     /// Host memory of the accumulators, bytes.
     pub fn bytes(&self) -> usize {
-        self.pixel_count() * (Self::BYTES_A_PIXEL + if self.has_aov() { Self::AOV_BYTES_A_PIXEL } else { 0 })
+        self.pixel_count() * Self::bytes_a_pixel(self.aovs)
     }
     pub fn block_count(&self, pixel: usize) -> u32 {
         self.block_count[pixel]
@@ -155,34 +175,36 @@ impl Film {
         self.take(events);
     }
 
-    /// Adds one block's AOVs of one pixel; ignored when the film keeps none.
-    pub fn add_aov_block(&mut self, pixel: usize, slot: &AovSlotRecord) {
-        if let Some(aov) = &mut self.aov {
-            aov[pixel].add(slot);
-        }
+    /// Adds one block's AOV rows of one pixel.
+    pub fn add_aov_rows(&mut self, pixel: usize, rows: &[[u32; 4]]) {
+        let (sums, ids) = (self.layout.sums, self.layout.ids);
+        self.layout.add(rows, &mut self.aov_sums[pixel * sums..][..sums], &mut self.aov_ids[pixel * ids..][..ids]);
     }
 
     /// Adds the slots of `tile` (of the image, inside the window) for all of `blocks`: slot index = (block - blocks.start) * tile pixels + pixel in the tile, each
-    /// of `slot::rows(has_aov)` rows. Returns the rays counted in them.
+    /// of `slot::rows(aovs)` rows. Returns the rays counted in them.
     pub fn add_tile(&mut self, tile: Tile, blocks: Range<u64>, rows: &[[u32; 4]]) -> u64 {
-        let rows_a_slot = slot::rows(self.has_aov());
+        let rows_a_slot = SLOT_ROWS + self.layout.rows;
         let tile_pixels = tile.pixel_count();
         let slot_count = tile_pixels * (blocks.end - blocks.start) as usize;
         assert!(rows.len() >= slot_count * rows_a_slot, "the tile's slots are all there");
         let (width, first_block) = (self.window.width as usize, self.first_block);
         let (left, top) = ((tile.x - self.window.x) as usize, (tile.y - self.window.y) as usize);
         let (begin, end) = (top * width, (top + tile.height as usize) * width);
-        let no_aov: &mut [AovSums] = &mut [];
-        let aov = self.aov.as_mut().map_or(no_aov, |a| &mut a[begin..end]);
-        let aov_width = if aov.is_empty() { 0 } else { width };
+        let layout = &self.layout;
+        let (sum_count, id_count) = (layout.sums, layout.ids);
+        let rows_of_sums =
+            split_rows(&mut self.aov_sums[begin * sum_count..end * sum_count], width * sum_count, tile.height);
+        let rows_of_ids =
+            split_rows(&mut self.aov_ids[begin * id_count..end * id_count], width * id_count, tile.height);
 
         // One image row a job; events are joined in row order, so that their f64 sums do not depend on threads.
         let events: Vec<Events> = (self.sums[begin..end].par_chunks_mut(width))
             .zip(self.block_count[begin..end].par_chunks_mut(width))
             .enumerate()
             .map(|(row, (sums, counts))| (row, sums, counts))
-            .zip(split_rows(aov, aov_width, tile.height as usize))
-            .map(|((row, sums, counts), aov)| {
+            .zip(rows_of_sums.zip(rows_of_ids))
+            .map(|((row, sums, counts), (aov_sums, aov_ids))| {
                 let mut events = Events::default();
                 for column in 0..tile.width as usize {
                     let x = left + column;
@@ -192,8 +214,10 @@ impl Film {
                         let slot: &SlotRecord = bytemuck::cast_ref(array2(rows, first_row));
                         let next = first_block + counts[x] as u64;
                         add_slot(&mut sums[x], slot, block, next, position, &mut events);
-                        if !aov.is_empty() {
-                            aov[x].add(bytemuck::cast_ref(array2(rows, first_row + slot::SLOT_ROWS)));
+                        if layout.rows > 0 {
+                            let more = &rows[first_row + SLOT_ROWS..first_row + rows_a_slot];
+                            let sums = &mut aov_sums[x * sum_count..][..sum_count];
+                            layout.add(more, sums, &mut aov_ids[x * id_count..][..id_count]);
                         }
                         counts[x] += 1;
                     }
@@ -237,10 +261,24 @@ impl Film {
         })
     }
 
-    /// AOV sums of a pixel divided by its samples; None when the film keeps none.
-    pub fn aov_mean(&self, pixel: usize) -> Option<aov::AovMeans> {
-        let aov = self.aov.as_ref()?;
-        Some(aov[pixel].means((self.block_count[pixel] * BLOCK_SAMPLES) as f64))
+    /// A pixel's mean of the AOV in row `index` of the table; None when the film does not keep it.
+    pub fn aov_mean(&self, index: usize, pixel: usize) -> Option<[f64; 3]> {
+        let entry = self.layout.entry(index).filter(|e| e.width > 0)?;
+        let sums = &self.aov_sums[pixel * self.layout.sums..][..self.layout.sums];
+        Some(self.layout.mean(entry, sums, f64::from(self.block_count[pixel] * BLOCK_SAMPLES)))
+    }
+
+    /// Share of a pixel's samples that hit a surface; 0 when no AOV counts them.
+    pub fn hit_share(&self, pixel: usize) -> f64 {
+        let samples = f64::from(self.block_count[pixel] * BLOCK_SAMPLES);
+        let hits = self.aov_sums[pixel * self.layout.sums..][..self.layout.sums].last().copied();
+        if samples > 0.0 { hits.unwrap_or(0.0) / samples } else { 0.0 }
+    }
+
+    /// Ids that a pixel's samples met in the AOV in row `index`, and how often each.
+    pub fn ids(&self, index: usize, pixel: usize) -> impl Iterator<Item = (u32, u32)> + '_ {
+        let entry = self.layout.entry(index).filter(|e| e.width == 0);
+        entry.into_iter().flat_map(move |e| self.aov_ids[pixel * self.layout.ids + e.at].iter())
     }
 
     /// Mean over the image, per channel.
@@ -293,10 +331,10 @@ fn array2(rows: &[[u32; 4]], first: usize) -> &[[u32; 4]; 2] {
     rows[first..first + 2].try_into().expect("two rows were sliced")
 }
 
-/// `count` rows of `width` each; empty rows when there are none.
-fn split_rows(aov: &mut [AovSums], width: usize, count: usize) -> impl IndexedParallelIterator<Item = &mut [AovSums]> {
-    let mut rest = aov;
-    let mut rows: Vec<&mut [AovSums]> = Vec::with_capacity(count);
+/// `count` rows of `width` each; empty rows where the width is 0.
+fn split_rows<T: Send>(all: &mut [T], width: usize, count: u32) -> impl IndexedParallelIterator<Item = &mut [T]> {
+    let mut rest = all;
+    let mut rows: Vec<&mut [T]> = Vec::with_capacity(count as usize);
     for _ in 0..count {
         let (row, tail) = rest.split_at_mut(width);
         rows.push(row);

@@ -1,8 +1,9 @@
 //! The slot: what a device writes for one (pixel, block). The only definition; GLSL gets struct, encoder and constants from here.
 //!
-//! Rows 0 and 1 are `SlotRecord`; rows 2 and 3 (`AovSlotRecord`) follow only when AOVs are asked for. A slot is written by one
-//! invocation, whole, so no atomics are needed.
+//! Rows 0 and 1 are `SlotRecord`; those of the AOVs asked for follow (`aov::Layout`). A slot is written by one invocation, whole, so
+//! no atomics are needed.
 
+use super::aov::{Aovs, Layout};
 use crate::gpu_record;
 use crate::shader::record::GpuRecord;
 
@@ -27,24 +28,11 @@ gpu_record! {
     }
 }
 
-gpu_record! {
-    /// AOV sums of one block of one pixel, over samples whose camera ray hit.
-    pub struct AovSlotRecord {
-        albedo: [f32; 3],
-        /// Distance along the camera ray, m.
-        depth: f32,
-        /// World-space shading normal.
-        normal: [f32; 3],
-        hits: u32,
-    }
-}
-
 pub const SLOT_ROWS: usize = size_of::<SlotRecord>() / 16;
-pub const AOV_ROWS: usize = size_of::<AovSlotRecord>() / 16;
 
 /// Rows of a slot.
-pub const fn rows(has_aov: bool) -> usize {
-    SLOT_ROWS + if has_aov { AOV_ROWS } else { 0 }
+pub fn rows(aovs: Aovs) -> usize {
+    SLOT_ROWS + Layout::of(aovs).rows
 }
 
 /// A saturating counter inside a ledger word.
@@ -86,16 +74,12 @@ pub const COUNTERS: [Counter; 6] =
 /// Constants, structs, encoders and the saturating count for GLSL: `uvec2 ledger_count(uvec2 ledger, uvec3 counter, uint count)`
 /// with counter = (word, shift, max), and `uvec4 SlotRecord_row0(SlotRecord s)` and so on for each row.
 pub fn glsl() -> String {
-    let mut text = format!(
-        "const uint BLOCK_SAMPLES = {BLOCK_SAMPLES}u;\nconst uint SLOT_ROWS = {SLOT_ROWS}u;\nconst uint AOV_ROWS = {AOV_ROWS}u;\n"
-    );
+    let mut text = format!("const uint BLOCK_SAMPLES = {BLOCK_SAMPLES}u;\nconst uint SLOT_ROWS = {SLOT_ROWS}u;\n");
     for c in COUNTERS {
         text += &format!("const uvec3 {} = uvec3({}u, {}u, {}u);\n", c.name, c.word, c.shift, c.max());
     }
     text += &SlotRecord::glsl_struct();
     text += &encoder::<SlotRecord>();
-    text += &AovSlotRecord::glsl_struct();
-    text += &encoder::<AovSlotRecord>();
     text + "uvec2 ledger_count(uvec2 ledger, uvec3 counter, uint count) {\n\
             \x20   uint word = counter.x == 0u ? ledger.x : ledger.y;\n\
             \x20   uint total = min(((word >> counter.y) & counter.z) + count, counter.z);\n\
@@ -148,6 +132,5 @@ mod tests {
     fn glsl_encodes_every_word() {
         let text = glsl();
         assert!(text.contains("uvec4 SlotRecord_row1(SlotRecord s) { return uvec4(s.ledger_a, s.ledger_b, floatBitsToUint(s.lost_energy), s.first_bad); }"), "{text}");
-        assert!(text.contains("uvec4 AovSlotRecord_row0"));
     }
 }

@@ -5,15 +5,16 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::Film;
+use super::aov::Aovs;
 use crate::error::Error;
 
 /// Something that renders whole blocks of samples into a film.
 pub trait SampleSource {
     /// Width and height of the whole image in pixels.
     fn resolution(&self) -> (u32, u32);
-    /// Whether its slots carry the AOV rows.
-    fn has_aov(&self) -> bool {
-        false
+    /// What its slots carry beside radiance, and what the film is to write.
+    fn aovs(&self) -> Aovs {
+        Aovs::NONE
     }
     /// Renders `blocks` of every pixel of the film's window and adds them, in block order. When `stop` turns true it may return early, after whole
     /// blocks: then some pixels have fewer of them, which the film knows.

@@ -8,12 +8,15 @@ use std::ops::Range;
 use std::time::Instant;
 
 use crate::error::Error;
+use crate::film::aov::{Aovs, Layout};
+use crate::film::slot::{BLOCK_SAMPLES, SLOT_ROWS};
 use crate::film::source::{DeviceInfo, PassStats, SampleSource};
 use crate::film::{Film, Tile};
 use crate::gpu::{Buffer, Device, Pipeline, Table};
 use crate::integrator::Settings;
-use crate::prepare::Prepared;
 use crate::prepare::features::Features;
+use crate::prepare::records::NONE;
+use crate::prepare::{self, Prepared};
 use crate::shader::assemble::{self, Push, WORKGROUP};
 use crate::shader::cache::Cache;
 use crate::shader::compile::{Edit, compile};
@@ -45,7 +48,9 @@ pub struct Renderer {
     slots: Buffer,
     width: u32,
     height: u32,
-    has_aov: bool,
+    aovs: Aovs,
+    /// First row of a slot's object ids, and what the primitives belong to (`Prepared::objects`).
+    objects: Option<(usize, Vec<(u32, u32)>)>,
     slot_rows: usize,
     seed: u32,
     /// Slots a second, measured; 0 before the first dispatch.
@@ -148,7 +153,8 @@ impl Renderer {
             slots,
             width: prepared.width,
             height: prepared.height,
-            has_aov: features.aovs,
+            aovs: features.aovs,
+            objects: object_rows(features.aovs).map(|row| (row, prepared.objects.clone())),
             slot_rows,
             seed: settings.seed,
             rate: 0.0,
@@ -179,7 +185,10 @@ impl Renderer {
         } else {
             self.rate = slot_count as f64 / time.max(1e-6);
         }
-        let rows = self.slots.read::<[u32; 4]>(0..slot_count * self.slot_rows)?;
+        let mut rows = self.slots.read::<[u32; 4]>(0..slot_count * self.slot_rows)?;
+        if let Some((entry, objects)) = &self.objects {
+            name_objects(&mut rows, self.slot_rows, *entry, objects);
+        }
         Ok((rows, time))
     }
 
@@ -191,13 +200,28 @@ impl Renderer {
     }
 }
 
+/// First row of a slot's object ids.
+fn object_rows(aovs: Aovs) -> Option<usize> {
+    let (index, _) = aovs.iter().find(|(_, a)| a.name == "object")?;
+    Layout::of(aovs).entry(index).map(|e| SLOT_ROWS + e.row)
+}
+
+/// The device writes primitives; the film counts objects.
+fn name_objects(rows: &mut [[u32; 4]], slot_rows: usize, first: usize, objects: &[(u32, u32)]) {
+    for slot in rows.chunks_exact_mut(slot_rows) {
+        for word in slot[first..first + BLOCK_SAMPLES as usize / 4].iter_mut().flatten().filter(|w| **w != NONE) {
+            *word = prepare::object_of(objects, *word);
+        }
+    }
+}
+
 impl SampleSource for Renderer {
     fn resolution(&self) -> (u32, u32) {
         (self.width, self.height)
     }
 
-    fn has_aov(&self) -> bool {
-        self.has_aov
+    fn aovs(&self) -> Aovs {
+        self.aovs
     }
 
     fn render_blocks(

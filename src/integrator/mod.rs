@@ -4,6 +4,8 @@
 //! light transport; `direct` is the lecture's reflection equation. Both run the same loop (`reference::path` in f64,
 //! shaders/integrator in GLSL); an integrator says which of the settings hold and supplies the pieces.
 
+use crate::film::aov::Aovs;
+
 pub mod direct;
 pub mod path;
 
@@ -70,8 +72,8 @@ pub struct Settings {
     /// Roulette is played after every edge from this one on. See `first_roulette_edge()`.
     pub roulette_edge: u32,
     pub seed: u32,
-    /// Also write albedo, normal and depth of the first hit.
-    pub aovs: bool,
+    /// What is stored beside radiance.
+    pub aovs: Aovs,
 }
 
 /// Default of `Settings::max_depth`; what it cuts is counted in the ledger.
@@ -86,7 +88,7 @@ impl Default for Settings {
             max_depth: DEFAULT_MAX_DEPTH,
             roulette_edge: 4,
             seed: 0,
-            aovs: false,
+            aovs: Aovs::NONE,
         }
     }
 }

@@ -96,7 +96,7 @@ pub fn read(
 ) -> Result<Option<Reading>, Error> {
     let begun = Instant::now();
     let (width, height) = source.resolution();
-    let mut film = Film::new(width, height, false, 0);
+    let mut film = Film::new(width, height, source.aovs(), 0);
     let factor = match (sensor.quantity, area_m2) {
         (crate::scene::Quantity::Flux, Some(area)) => area,
         _ => 1.0,

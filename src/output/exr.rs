@@ -1,17 +1,18 @@
 //! OpenEXR: every AOV as named channels of one part, 32-bit float; units and the record in the header.
 //!
-//! Channels follow film::aov::AOVS: `R G B`, `albedo.R`, `normal.X`, `depth.Z`, `variance.R`, `samples`. Attributes:
-//! `unit.<channel>` (text) and `steradian.record` (the record as JSON).
+//! Channels follow film::aov::AOVS: `R G B`, `albedo.R`, `normal.X`, `depth.Z`, `CryptoObject00.r`, `variance.R`, `samples`. Attributes:
+//! `unit.<channel>` (text), `steradian.record` (the record as JSON), and what Cryptomattes need.
 
 use std::path::Path;
 
 use exr::prelude::*;
+use rayon::prelude::*;
 
 use super::image::Picture;
 use super::record::Record;
 use crate::error::Error;
 use crate::film::Film;
-use crate::film::aov::AOVS;
+use crate::film::aov;
 
 /// Header attribute that holds the record.
 pub const RECORD_ATTRIBUTE: &str = "steradian.record";
@@ -19,14 +20,15 @@ pub const RECORD_ATTRIBUTE: &str = "steradian.record";
 pub fn write(path: &Path, film: &Film, record: &Record) -> std::result::Result<(), Error> {
     let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
     let mut attributes = LayerAttributes { software_name: Some(record.program.as_str().into()), ..Default::default() };
-    for aov in AOVS.iter().filter(|a| !a.needs_slots || film.has_aov()) {
-        let values: Vec<[f32; 3]> = (0..film.pixel_count()).map(|pixel| (aov.value)(film, pixel)).collect();
-        for index in 0..aov.channels.len() {
-            let name = aov.channel_name(index);
-            attributes.other.insert(format!("unit.{name}").as_str().into(), AttributeValue::Text(aov.unit.into()));
-            let samples = FlatSamples::F32(values.iter().map(|v| v[index]).collect());
-            channels.push(AnyChannel::new(name.as_str(), samples));
-        }
+    for channel in aov::channels(film, film.names()) {
+        let unit = AttributeValue::Text(channel.unit.into());
+        attributes.other.insert(format!("unit.{}", channel.name).as_str().into(), unit);
+        let samples = FlatSamples::F32((0..film.pixel_count()).into_par_iter().map(&channel.value).collect());
+        // Ids are no colours: nothing may quantize them.
+        channels.push(AnyChannel { quantize_linearly: true, ..AnyChannel::new(channel.name.as_str(), samples) });
+    }
+    for (name, text) in aov::attributes(film.aovs(), film.names()) {
+        attributes.other.insert(name.as_str().into(), AttributeValue::Text(text.as_str().into()));
     }
     let json = serde_json::to_string(record).map_err(|e| Error::file(path, format!("cannot write its record: {e}")))?;
     attributes.other.insert(RECORD_ATTRIBUTE.into(), AttributeValue::Text(json.as_str().into()));

@@ -1,11 +1,12 @@
 //! Every format read back, paths refused before a render, nothing left behind.
 
 use super::*;
+use crate::film::aov::Aovs;
 use crate::film::slot::SlotRecord;
 use crate::prepare::records::NONE;
 
 fn film() -> Film {
-    let mut film = Film::new(4, 3, true, 0);
+    let mut film = Film::new(4, 3, Aovs::usual(), 0);
     for pixel in 0..12 {
         for block in 0..2 {
             let v = 16.0 * (0.05 * pixel as f32 + 0.001 * block as f32);

@@ -6,6 +6,7 @@ use super::Prepared;
 use super::pattern::{Node, Role, Structure};
 use super::records::*;
 use crate::camera;
+use crate::film::aov::Aovs;
 use crate::integrator::{Estimator, IntegratorKind, SamplerKind, Settings};
 use crate::light;
 use crate::{bsdf, texture};
@@ -16,7 +17,7 @@ pub struct Features {
     pub integrator: IntegratorKind,
     pub sampler: SamplerKind,
     pub estimator: Estimator,
-    pub aovs: bool,
+    pub aovs: Aovs,
     /// Cameras in the text, ascending numbers of `camera::MODELS`: the scene's.
     pub cameras: Vec<usize>,
     /// Film positions come from the filter's table; else the box of one pixel.
@@ -120,14 +121,14 @@ impl Features {
             });
         }
         // Spheres and discs have coordinates without any vertex that carries them.
-        f.uvs = f.image_textures || f.checker_textures;
+        f.uvs = f.image_textures || f.checker_textures || f.aovs.has("uv");
         f
     }
 
     /// The same scene with every model, light and feature compiled in (`--everything`).
     pub fn everything(mut self) -> Self {
+        self.aovs = Aovs::ALL;
         for flag in [
-            &mut self.aovs,
             &mut self.filter,
             &mut self.triangles,
             &mut self.spheres,
@@ -213,7 +214,8 @@ impl Features {
     /// Every macro of the kernel's text, always 0 or 1.
     pub fn defines(&self) -> Vec<(&'static str, bool)> {
         let mut d = vec![
-            ("AOVS", self.aovs),
+            ("AOVS", self.aovs.in_slots()),
+            ("AOV_SPLIT", self.aovs.has("direct") || self.aovs.has("indirect")),
             ("HAS_RECEIVER", self.receiver()),
             ("HAS_FILTER", self.filter),
             ("HAS_TRIANGLES", self.triangles),

@@ -31,6 +31,8 @@ pub struct Geometry {
     pub tangents: Vec<TangentRecord>,
     pub uvs: Vec<UvRecord>,
     pub colors: Vec<ColorRecord>,
+    /// Number of an instance's first primitive, and its own number.
+    pub objects: Vec<(u32, u32)>,
     /// Vertices so far: the arrays that are wanted all have this length.
     vertex_count: usize,
 }
@@ -39,11 +41,17 @@ pub struct Geometry {
 pub fn flatten(scene: &Scene, origin: DVec3, wanted: Wanted) -> Result<Geometry, super::Error> {
     let mut g = Geometry::default();
     let rectangle = rectangle_mesh();
+    let (mut of_spheres, mut of_discs) = (Vec::new(), Vec::new());
     for (index, instance) in scene.instances.iter().enumerate() {
         let mut to_world = instance.to_world;
         to_world.translation -= origin;
         if !to_world.is_finite() {
             return Err(super::Error::Transform { instance: instance.name.clone(), what: "is not finite" });
+        }
+        match instance.shape {
+            Shape::Mesh(_) | Shape::Rectangle => g.objects.push((g.faces.len() as u32, index as u32)),
+            Shape::Sphere => of_spheres.push(index as u32),
+            Shape::Disc => of_discs.push(index as u32),
         }
         match instance.shape {
             Shape::Mesh(mesh) => append_mesh(&mut g, &scene.meshes[mesh], instance, &to_world, wanted)?,
@@ -58,6 +66,9 @@ pub fn flatten(scene: &Scene, origin: DVec3, wanted: Wanted) -> Result<Geometry,
     for (number, disc) in g.discs.iter_mut().enumerate() {
         disc.primitive = (g.faces.len() + g.spheres.len() + number) as u32;
     }
+    // Faces first, then spheres, then discs: as they are numbered.
+    g.objects.extend(g.spheres.iter().map(|s| s.primitive).zip(of_spheres));
+    g.objects.extend(g.discs.iter().map(|d| d.primitive).zip(of_discs));
     Ok(g)
 }
 

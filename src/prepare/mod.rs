@@ -92,6 +92,8 @@ pub struct Prepared {
     pub bsdf_macros: Vec<(&'static str, bool)>,
     /// Seconds spent in the BVH build.
     pub bvh_s: f64,
+    /// Where the primitives of an instance begin: number of its first, and its own number in the scene. Ascending.
+    pub objects: Vec<(u32, u32)>,
     /// What was dropped or repaired on the way.
     pub notes: Vec<String>,
 }
@@ -103,7 +105,8 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
         return Err(Error::Film { width, height });
     }
     let origin = scene.camera.to_world.translation;
-    let resolved = materials::resolve(scene);
+    let mut resolved = materials::resolve(scene);
+    resolved.wanted.uvs |= settings.aovs.has("uv");
     let geometry = geometry::flatten(scene, origin, resolved.wanted)?;
 
     let start = std::time::Instant::now();
@@ -137,6 +140,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
         media: resolved.media,
         bsdf_macros: resolved.macros,
         bvh_s,
+        objects: geometry.objects,
         notes: resolved.notes,
         ..Prepared::default()
     };
@@ -231,7 +235,18 @@ fn attach_lights(p: &mut Prepared, scene: &Scene, emission: &[DVec3], compensate
     Ok(())
 }
 
+/// `Prepared::object_of` over `Prepared::objects`.
+pub fn object_of(objects: &[(u32, u32)], primitive: u32) -> u32 {
+    let after = objects.partition_point(|entry| entry.0 <= primitive);
+    objects[..after].last().map_or(NONE, |entry| entry.1)
+}
+
 impl Prepared {
+    /// Number in the scene's list of instances of what primitive `primitive` belongs to.
+    pub fn object_of(&self, primitive: u32) -> u32 {
+        object_of(&self.objects, primitive)
+    }
+
     /// Radius of a sphere about the box of all primitives, metres; 1 where there is none.
     pub fn bounding_radius(&self) -> f64 {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);

@@ -102,19 +102,31 @@ pub struct VertexTrace {
     pub pdf: f64,
 }
 
-/// First surface seen, for the AOVs. All zero where the sky is seen.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// First surface seen, for the AOVs.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstHit {
     pub albedo: DVec3,
+    /// Shading normal.
     pub normal: DVec3,
+    /// On the viewer's side where nothing is transmitted.
+    pub geometric_normal: DVec3,
+    /// In the world's own coordinates, those of its records or of its scene.
+    pub position: DVec3,
+    pub uv: DVec2,
     pub depth: f64,
+    /// Numbers in the scene's lists of instances and materials.
+    pub object: u32,
+    pub material: u32,
 }
 
 /// What one sample brings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
     pub radiance: DVec3,
-    pub first: FirstHit,
+    /// The part of it that came by paths of at most two edges: emission seen, and light scattered once.
+    pub direct: DVec3,
+    /// None where nothing is seen but the sky.
+    pub first: Option<FirstHit>,
     /// Rays traced, shadow rays included.
     pub rays: u32,
     /// Directions dropped, or normals replaced, because shading and geometric sides disagree.
@@ -125,6 +137,16 @@ pub struct Sample {
     pub is_cut: bool,
     /// Luminance of the throughput that was cut.
     pub lost: f64,
+}
+
+impl Sample {
+    /// Adds light that came by a path of `edges` edges.
+    fn gather(&mut self, light: DVec3, edges: u32) {
+        self.radiance += light;
+        if edges <= 2 {
+            self.direct += light;
+        }
+    }
 }
 
 /// Relative luminance of linear Rec.709 (ITU-R BT.709-6, 3.3).
@@ -169,7 +191,7 @@ pub fn trace<W: World>(
     // A meter that collects from a hemisphere is served like a surface.
     if let Some(normal) = start.receiver {
         let (light, rays) = receive(world, settings, random, &start, normal, &mut sample.alpha_overflows);
-        sample.radiance += throughput * light;
+        sample.gather(throughput * light, 1);
         sample.rays += rays;
         scatter_pdf = Some(start.direction.dot(normal) / std::f64::consts::PI);
     }
@@ -190,7 +212,7 @@ pub fn trace<W: World>(
         // 3. What is infinitely far away ends the path.
         let Some(hit) = hit else {
             world.background(ray.direction, &mut |radiance, density| {
-                sample.radiance += throughput * radiance * weight(density);
+                sample.gather(throughput * radiance * weight(density), edge);
             });
             break;
         };
@@ -198,13 +220,22 @@ pub fn trace<W: World>(
         let surface = world.surface(&ray, &hit);
         if surface.emission != DVec3::ZERO {
             let w = weight(world.emitter_density(&Ray { origin: from, ..ray }, &hit));
-            sample.radiance += throughput * surface.emission * w;
+            sample.gather(throughput * surface.emission * w, edge);
         }
         let wo_world = -ray.direction;
         let shading = surface.shading(wo_world);
         let bsdf = surface.params.bsdf();
         if edge == 1 {
-            sample.first = FirstHit { albedo: bsdf.albedo(), normal: shading.frame.z, depth: hit.t };
+            sample.first = Some(FirstHit {
+                albedo: bsdf.albedo(),
+                normal: shading.frame.z,
+                geometric_normal: shading.geometric_normal,
+                position: surface.point,
+                uv: surface.uv,
+                depth: hit.t,
+                object: surface.object,
+                material: surface.material,
+            });
         }
         sample.disagreements += u32::from(shading.disagrees);
         let mut trace = VertexTrace {
@@ -275,7 +306,7 @@ pub fn trace<W: World>(
                         _ => transmittance(world.absorption(medium), light.distance),
                     };
                     trace.light = throughput * f * light.radiance * through * (w / light.density);
-                    sample.radiance += trace.light;
+                    sample.gather(trace.light, edge + 1);
                 }
             }
         }

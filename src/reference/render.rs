@@ -11,7 +11,8 @@ use rayon::prelude::*;
 
 use super::path::{World, trace};
 use crate::error::Error;
-use crate::film::slot::{self, AovSlotRecord, BLOCK_SAMPLES, SlotRecord};
+use crate::film::aov::{self, Aovs, Layout};
+use crate::film::slot::{self, BLOCK_SAMPLES, SlotRecord};
 use crate::film::source::{DeviceInfo, PassStats, SampleSource};
 use crate::film::{Film, Tile};
 use crate::integrator::Settings;
@@ -31,12 +32,11 @@ impl<W: World> Renderer<W> {
         Self { world, settings }
     }
 
-    /// The slot of one (pixel, block).
-    pub fn block(&self, pixel: [u32; 2], block: u64) -> (SlotRecord, AovSlotRecord) {
+    /// The slot of one (pixel, block), and its AOV rows.
+    pub fn block(&self, pixel: [u32; 2], block: u64, layout: &Layout) -> (SlotRecord, Vec<[u32; 4]>) {
         let mut slot = SlotRecord { first_bad: NONE, ..SlotRecord::default() };
-        let mut aov = AovSlotRecord::default();
-        let (mut sum, mut albedo, mut normal) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
-        let (mut depth, mut lost) = (0.0, 0.0);
+        let mut aov = aov::Block::new(layout);
+        let (mut sum, mut lost) = (DVec3::ZERO, 0.0);
         for k in 0..u64::from(BLOCK_SAMPLES) {
             let index = block * u64::from(BLOCK_SAMPLES) + k;
             let sample = trace(&self.world, &self.settings, pixel, index, |_| ());
@@ -59,33 +59,24 @@ impl<W: World> Renderer<W> {
             if sample.radiance.is_finite() {
                 sum += sample.radiance;
             }
-            if sample.first.depth > 0.0 {
-                albedo += sample.first.albedo;
-                normal += sample.first.normal;
-                depth += sample.first.depth;
-                aov.hits += 1;
-            }
+            aov.add(&sample);
         }
         slot.sum = sum.as_vec3().to_array();
         slot.lost_energy = lost as f32;
-        aov.albedo = albedo.as_vec3().to_array();
-        aov.normal = normal.as_vec3().to_array();
-        aov.depth = depth as f32;
-        (slot, aov)
+        (slot, aov.rows())
     }
 
     /// Rows of the slots of `tile`, in the film's order.
     fn tile(&self, tile: Tile, blocks: Range<u64>) -> Vec<[u32; 4]> {
         let pixels = tile.pixel_count();
         let slots = pixels * (blocks.end - blocks.start) as usize;
-        let has_aov = self.settings.aovs;
+        let layout = Layout::of(self.settings.aovs);
         let rows_of = |i: usize| {
             let at = i % pixels;
             let pixel = [tile.x + at as u32 % tile.width, tile.y + at as u32 / tile.width];
-            let (slot, aov) = self.block(pixel, blocks.start + (i / pixels) as u64);
+            let (slot, more) = self.block(pixel, blocks.start + (i / pixels) as u64, &layout);
             let rows: [[u32; 4]; slot::SLOT_ROWS] = bytemuck::cast(slot);
-            let more: [[u32; 4]; slot::AOV_ROWS] = bytemuck::cast(aov);
-            rows.into_iter().chain(more).take(slot::rows(has_aov))
+            rows.into_iter().chain(more)
         };
         // Indexed, so that slots land in order whichever thread made them.
         let parts: Vec<_> = (0..slots).into_par_iter().map(rows_of).collect();
@@ -99,7 +90,7 @@ impl<W: World> SampleSource for Renderer<W> {
         (width, height)
     }
 
-    fn has_aov(&self) -> bool {
+    fn aovs(&self) -> Aovs {
         self.settings.aovs
     }
 

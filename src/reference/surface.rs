@@ -4,7 +4,7 @@
 //! normal map tilts it in the vertex's tangent frame; a surface that does not transmit is turned towards the viewer. Where
 //! the viewer is on different sides of the two normals, the geometric one shades.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::bsdf::Params;
 
@@ -21,6 +21,11 @@ pub struct Surface {
     /// Normal in the tangent frame, scaled and not yet unit.
     pub normal_map: Option<DVec3>,
     pub params: Params,
+    /// First set of texture coordinates.
+    pub uv: DVec2,
+    /// Numbers in the scene's lists of instances and materials.
+    pub object: u32,
+    pub material: u32,
     pub transmits: bool,
     /// Radiance towards the origin of the ray that hit.
     pub emission: DVec3,

@@ -104,8 +104,8 @@ pub fn render_window(
     interrupted: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, Error> {
-    Film::check_memory(window.width, window.height, source.has_aov())?;
-    let mut film = Film::over(window, source.has_aov(), 0);
+    Film::check_memory(window.width, window.height, source.aovs())?;
+    let mut film = Film::over(window, source.aovs(), 0);
     let begun = Instant::now();
     let mut pace = Pace::default();
     let mut next_estimate_s = 0.0;

@@ -47,7 +47,7 @@ impl Timed {
 
     /// Seconds on the device, and rays.
     fn round(&mut self, blocks: u64) -> Result<(f64, f64), Error> {
-        let mut film = Film::new(self.width, self.height, false, 0);
+        let mut film = Film::new(self.width, self.height, self.renderer.aovs(), 0);
         let pass = self.renderer.render_blocks(0..blocks, &mut film, &|| false)?;
         Ok((pass.device_time_s, pass.rays as f64))
     }

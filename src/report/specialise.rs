@@ -86,7 +86,7 @@ pub fn measure(device: &Device, scene: &Scene, settings: &Settings, rounds: usiz
 /// Seconds on the device for `blocks` blocks of every pixel.
 fn run(renderer: &mut Renderer, blocks: u64) -> Result<f64, Error> {
     let (width, height) = renderer.resolution();
-    let mut film = Film::new(width, height, renderer.has_aov(), 0);
+    let mut film = Film::new(width, height, renderer.aovs(), 0);
     Ok(renderer.render_blocks(0..blocks, &mut film, &|| false)?.device_time_s)
 }
 

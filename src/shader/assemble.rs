@@ -11,7 +11,7 @@ use crate::light;
 use crate::prepare::Prepared;
 use crate::prepare::features::Features;
 use crate::shader::compile::Source;
-use crate::shader::{dispatch, tables};
+use crate::shader::{aovs, dispatch, tables};
 
 /// A kernel before compilation.
 #[derive(Clone, Debug)]
@@ -150,6 +150,7 @@ pub fn assemble(
     }
     source = file(source, "integrator/surface_point");
     source = source.part("<patterns>", dispatch::patterns(f)).part("<bsdfs>", dispatch::bsdfs(f));
+    source = source.part("<aov sums>", aovs::sums(f.aovs));
     for stem in ["integrator/surface", "integrator/state"].map(str::to_owned).into_iter().chain(light_includes(f)) {
         source = file(source, &stem);
     }
@@ -158,9 +159,10 @@ pub fn assemble(
         source = file(source, &stem);
     }
     source = source.part("<cameras>", dispatch::cameras(f));
-    for stem in ["footprint", "visibility", "emission", "scatter", "tally"] {
+    for stem in ["footprint", "visibility", "emission", "scatter"] {
         source = file(source, &format!("integrator/{stem}"));
     }
+    source = file(source.part("<aovs>", aovs::functions(f.aovs)), "integrator/tally");
     if f.receiver() {
         source = file(source, "integrator/receiver");
     }
@@ -181,6 +183,7 @@ fn head(f: &Features, tables: &[(&'static str, TableBody)]) -> String {
     for (id, name) in CONSTANTS.iter().enumerate() {
         text += &format!("layout(constant_id = {id}) const uint {name} = 1u;\n");
     }
+    text += &aovs::head(f.aovs);
     text += PUSH_GLSL;
     text += &format!("const uint BVH_STACK = {}u;\n", f.bvh_stack);
     text += &format!("const float CONE_SHARE = {:?};\n", crate::texture::CONE_SHARE);

@@ -1,5 +1,6 @@
 //! From features to SPIR-V: records, GLSL text, compilation, reflection.
 
+pub mod aovs;
 pub mod assemble;
 pub mod cache;
 pub mod compile;

@@ -102,13 +102,17 @@ impl Replay {
         }
     }
 
-    fn material(&self, primitive: u32) -> &MaterialRecord {
-        let index = match self.part(primitive) {
+    /// Row of `materials`, which is the scene's number.
+    fn material_row(&self, primitive: u32) -> u32 {
+        match self.part(primitive) {
             Part::Triangle(t) => t.material,
             Part::Sphere(s) => s.material,
             Part::Disc(d) => d.material,
-        };
-        &self.prepared.materials[index as usize]
+        }
+    }
+
+    fn material(&self, primitive: u32) -> &MaterialRecord {
+        &self.prepared.materials[self.material_row(primitive) as usize]
     }
 
     /// Row of `lights`, or NONE.
@@ -307,6 +311,9 @@ impl World for Replay {
             point: position,
             geometric_normal,
             normal,
+            uv: point.uvs[0],
+            object: p.object_of(hit.primitive),
+            material: self.material_row(hit.primitive),
             tangent,
             normal_map,
             params: Params::from_inputs(material.bsdf as usize, &inputs[..model.inputs.len()]),

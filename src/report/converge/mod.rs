@@ -130,7 +130,7 @@ fn one_run(
     let mut source = open(&study.plan.variants[variant], seed)?;
     let setup_s = begun.elapsed().as_secs_f64();
     let (width, height) = source.resolution();
-    let mut film = Film::new(width, height, source.has_aov(), 0);
+    let mut film = Film::new(width, height, source.aovs(), 0);
     let mut run = Run { variant, repeat, seed, setup_s, snapshots: Vec::new() };
     let (mut done, mut clock, mut seconds_a_block) = (0u64, setup_s, 0.0);
     // The first level always runs; then doublings that fit, then what is left of the budget. The first pass may hold the driver's
