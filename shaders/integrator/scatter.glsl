@@ -40,6 +40,10 @@ Shading shading_load(PathState s, Surface surface, MaterialRecord material, inou
 #endif
     r.wo = to_local(r.frame, wo);
     r.lobes = material_lobes(material, surface.point);
+#if GLTF_ANISOTROPY
+    // Directions of anisotropy turn towards the bitangent of the front, which the frame's y may oppose.
+    lobes_mirror(r.lobes, (tangent.w < 0.0) != is_back);
+#endif
     return r;
 }
 

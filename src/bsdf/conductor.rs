@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::ggx::{Ggx, half_cosine, half_vector, reflect};
 use super::ggx_albedo::{self, Albedo, multiple_scattering, multiple_scattering_color};
-use super::{Bsdf, BsdfSample, Input, InputKind, Model, SAMPLE_DELTA, Shared, fresnel, is_chosen, shared};
+use super::{Bsdf, BsdfSample, Input, InputKind, Model, SAMPLE_DELTA, Shared, When, fresnel, is_chosen, shared};
 
 pub const MODEL: Model = Model {
     keyword: "conductor",
@@ -53,7 +53,7 @@ pub const MODEL: Model = Model {
     transmits: false,
     transmission_input: None,
     tables: &["ggx_albedo"],
-    macros: &[("CONDUCTOR_COMPENSATION", "compensation")],
+    macros: &[("CONDUCTOR_COMPENSATION", When::NotZero(&["compensation"]))],
     shared: &[
         shared("bsdf/fresnel.glsl"),
         shared("bsdf/ggx.glsl"),

@@ -5,6 +5,7 @@
 //! The agreement of shading and geometric sides is checked by the caller, in one place, not by the models.
 //! Here the maths are f64 and written from the papers; GLSL is written on its own and gate 3 compares the two.
 
+pub(crate) mod coat;
 pub(crate) mod fresnel;
 pub(crate) mod ggx;
 pub mod ggx_albedo;
@@ -74,11 +75,20 @@ pub struct Model {
     pub transmission_input: Option<&'static str>,
     /// Names of the constant tables it may read ("ggx_albedo", ...; `table_rows` makes them).
     pub tables: &'static [&'static str],
-    /// (GLSL macro, input): the macro is 1 when some material of the scene may have this input different from 0.
-    pub macros: &'static [(&'static str, &'static str)],
+    /// (GLSL macro, when it is 1): what some material of the scene may need of the model's text.
+    pub macros: &'static [(&'static str, When)],
     /// GLSL files that stand before the model's own, each once in a text.
     pub shared: &'static [Shared],
     pub doc: &'static str,
+}
+
+/// When a part of a model's text is needed. Inputs that are fed by textures may have any value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum When {
+    /// Every one of these inputs may be other than 0.
+    NotZero(&'static [&'static str]),
+    /// Some of these inputs may differ from its default.
+    NotDefault(&'static [&'static str]),
 }
 
 /// A GLSL file of functions that several models call.
@@ -136,6 +146,12 @@ macro_rules! bsdf_list {
                 let constructors: &[fn(&[DVec3]) -> Params] = &[$(|i| Params::$type($stem::$type::from_inputs(i))),*];
                 constructors[model](inputs)
             }
+            /// For a frame whose y points against the bitangent; only directions along the surface notice.
+            pub fn mirror(&mut self) {
+                if let Params::Gltf(b) = self {
+                    b.mirror();
+                }
+            }
             /// The model behind it.
             pub fn bsdf(&self) -> &dyn Bsdf {
                 match self { $(Params::$type(b) => b),* }
@@ -150,6 +166,8 @@ bsdf_list! {
     dielectric Dielectric,
     thin_dielectric ThinDielectric,
     gltf Gltf,
+    rough_diffuse RoughDiffuse,
+    plastic Plastic,
 }
 
 #[cfg(test)]
@@ -191,11 +209,11 @@ mod tests {
                 });
                 let inputs = inputs.collect::<Vec<_>>().join(", ");
                 source += &format!(
-                    "void main() {{ {t} b = {k}_params({inputs}); vec3 wo = io[10].xyz; \
-                     BsdfSample s = {k}_sample(b, wo, uint(io[10].w), io[11].xy); \
-                     io[12] = vec4(s.wi, s.pdf); io[13] = vec4(s.weight, s.eta_scale); \
-                     io[14] = vec4({k}_eval(b, wo, s.wi), {k}_pdf(b, wo, s.wi)); \
-                     io[15] = vec4({k}_albedo(b), {k}_is_delta(b) ? s.flags : 0u); }}"
+                    "void main() {{ {t} b = {k}_params({inputs}); vec3 wo = io[40].xyz; \
+                     BsdfSample s = {k}_sample(b, wo, uint(io[40].w), io[41].xy); \
+                     io[42] = vec4(s.wi, s.pdf); io[43] = vec4(s.weight, s.eta_scale); \
+                     io[44] = vec4({k}_eval(b, wo, s.wi), {k}_pdf(b, wo, s.wi)); \
+                     io[45] = vec4({k}_albedo(b), {k}_is_delta(b) ? s.flags : 0u); }}"
                 );
                 let kind = shaderc::ShaderKind::Compute;
                 let spirv = compiler.compile_into_spirv(&source, kind, k, "main", None);

@@ -6,6 +6,7 @@
 
 pub mod chart;
 mod device;
+mod gltf;
 mod parts;
 pub mod properties;
 
@@ -23,6 +24,8 @@ pub enum Furnace {
     Unity,
     /// Not more than arrives, to 1.001.
     AtMostOne,
+    /// Not more than this: the albedo that layers go by is an approximation.
+    AtMost(f64),
     /// Nothing; the documentation says why.
     Exempt,
 }
@@ -45,12 +48,20 @@ pub enum Domain {
     Roughness,
     /// As `Roughness`, or -1: the same as the other axis.
     RoughnessY,
+    /// Index of a coat: [1, 3].
+    Coat,
     /// 0.3 to 3 and 1, 1 +- 1e-7, 1 +- 1e-3.
     Index,
     /// Real or imaginary part of a metal's index: [0, 8].
     Metal,
     /// 0 or 1.
     Switch,
+    /// [-7, 7] radian.
+    Turn,
+    /// 0, or as `Unit`.
+    Off,
+    /// 0, or as `Roughness`.
+    RoughnessOff,
 }
 
 /// What the gates know of a model.
@@ -128,7 +139,8 @@ pub const ROWS: &[Row] = &[
         ],
     },
     Row {
-        // base_color, metallic, roughness, ior, transmission, thin, khronos_mix, compensation
+        // base_color, metallic, roughness, ior, transmission, thin, khronos_mix, compensation, specular, specular_color,
+        // anisotropy, anisotropy_rotation, anisotropy_direction, clearcoat, clearcoat_roughness
         keyword: "gltf",
         domains: &[
             Domain::Unit,
@@ -139,6 +151,13 @@ pub const ROWS: &[Row] = &[
             Domain::Switch,
             Domain::Switch,
             Domain::Switch,
+            Domain::Unit,
+            Domain::Unit,
+            Domain::Off,
+            Domain::Turn,
+            Domain::Unit,
+            Domain::Off,
+            Domain::RoughnessOff,
         ],
         k: [64.0, 1024.0],
         covers: &[
@@ -151,38 +170,30 @@ pub const ROWS: &[Row] = &[
             "gltf_masking",
             "gltf_value",
             "gltf_eval_pdf",
+            "gltf_direction",
+            "gltf_turned",
+            "gltf_turned_back",
         ],
+        sweeps: gltf::SWEEPS,
+    },
+    Row {
+        keyword: "rough_diffuse",
+        domains: &[Domain::Unit, Domain::Unit],
+        k: [32.0, 32.0],
+        covers: &["rough_diffuse_lost", "rough_diffuse_uniform"],
         sweeps: &[
-            Sweep {
-                furnace: Furnace::Unity,
-                refracts_by: None,
-                values: &[&[1.0], &[0.0, 1.0], ROUGHNESS, &[1.5], &[0.0], &[1.0], &[0.0], &[1.0]],
-            },
-            Sweep {
-                furnace: Furnace::Unity,
-                refracts_by: None,
-                values: &[&[1.0], &[0.0, 0.5], &[0.1, 0.6], &[0.0, 1.0, 2.4], &[0.0], &[1.0], &[0.0], &[1.0]],
-            },
-            Sweep {
-                furnace: Furnace::AtMostOne,
-                refracts_by: None,
-                values: &[&[0.0, 0.5], &[0.0, 0.3, 1.0], &[0.0, 0.3], &[1.5], &[0.0], &[1.0], &[0.0], &[0.0, 1.0]],
-            },
-            Sweep {
-                furnace: Furnace::AtMostOne,
-                refracts_by: None,
-                values: &[&[1.0], &[0.0, 0.3], &[0.0, 0.3, 1.0], &[1.0, 1.5], &[0.6, 1.0], &[1.0], &[0.0], &[1.0]],
-            },
-            Sweep {
-                furnace: Furnace::AtMostOne,
-                refracts_by: Some("ior"),
-                values: &[&[1.0], &[0.0, 0.3], &[0.0, 0.3, 1.0], &[1.0, 1.5], &[0.6, 1.0], &[0.0], &[0.0], &[1.0]],
-            },
-            Sweep {
-                furnace: Furnace::Exempt,
-                refracts_by: None,
-                values: &[&[0.8], &[0.0, 0.5, 1.0], &[0.0, 0.4, 1.0], &[1.5], &[0.0, 0.5], &[1.0], &[1.0], &[1.0]],
-            },
+            Sweep { furnace: Furnace::Unity, refracts_by: None, values: &[&[1.0], &[0.0, 0.1, 0.5, 1.0]] },
+            Sweep { furnace: Furnace::AtMostOne, refracts_by: None, values: &[&[0.0, 0.5], &[0.3, 1.0]] },
+        ],
+    },
+    Row {
+        keyword: "plastic",
+        domains: &[Domain::Unit, Domain::Roughness, Domain::Coat],
+        k: [64.0, 256.0],
+        covers: &["plastic_shares", "plastic_value", "plastic_eval_pdf"],
+        sweeps: &[
+            Sweep { furnace: Furnace::Unity, refracts_by: None, values: &[&[1.0], ROUGHNESS, &[1.0, 1.5, 2.5]] },
+            Sweep { furnace: Furnace::AtMostOne, refracts_by: None, values: &[&[0.0, 0.5], &[0.0, 0.3], &[1.5]] },
         ],
     },
 ];

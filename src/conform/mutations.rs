@@ -92,6 +92,21 @@ const MUTATIONS: &[Mutation] = &[
         caught_by: &[ClosedForm(known::lamp_in_glass)],
     },
     Mutation {
+        name: "what a rough diffuse surface loses is not given back",
+        fault: text("bsdf/rough_diffuse.glsl", "value += b.multiple * (", "value += 0.0 * b.multiple * ("),
+        caught_by: &[Replay(scenes::layers), Image(scenes::layers)],
+    },
+    Mutation {
+        name: "light passes the coat of plastic once, not twice",
+        fault: text("bsdf/plastic.glsl", "float through = shares.z * coat_shares(", "float through = coat_shares("),
+        caught_by: &[Replay(scenes::layers), Image(scenes::layers)],
+    },
+    Mutation {
+        name: "anisotropy does not follow mirrored texture coordinates",
+        fault: text("integrator/scatter.glsl", "lobes_mirror(r.lobes, (tangent.w < 0.0) != is_back);", ""),
+        caught_by: &[Replay(scenes::layers), Image(scenes::layers)],
+    },
+    Mutation {
         name: "the weight of light samples is that of the other technique",
         fault: text(
             "integrator/scatter.glsl",

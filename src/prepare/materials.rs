@@ -52,11 +52,9 @@ pub fn resolve(scene: &Scene) -> Resolved {
         });
     }
     for model in bsdf::MODELS {
-        for &(name, input) in model.macros {
-            let is_on = scene.materials.iter().any(|m| {
-                bsdf::MODELS[m.bsdf].keyword == model.keyword && input_of(m, input).is_some_and(|v| !is_zero(v))
-            });
-            r.macros.push((name, is_on));
+        let wearers = scene.materials.iter().filter(|m| bsdf::MODELS[m.bsdf].keyword == model.keyword);
+        for &(name, when) in model.macros {
+            r.macros.push((name, wearers.clone().any(|m| asks_for(m, when))));
         }
     }
     r
@@ -128,11 +126,22 @@ fn follows_tangent(m: &Material) -> bool {
 
 fn is_anisotropic(m: &Material) -> bool {
     input_of(m, "roughness_y").is_some_and(|v| !matches!(v, Value::Constant([x, ..]) if *x < 0.0))
+        || input_of(m, "anisotropy").is_some_and(|v| !is_zero(v))
 }
 
 fn input_of<'a>(m: &'a Material, name: &str) -> Option<&'a Value> {
     let place = bsdf::MODELS[m.bsdf].inputs.iter().position(|i| i.name == name)?;
     m.inputs.get(place)
+}
+
+/// The material may need the part of its model's text.
+fn asks_for(m: &Material, when: bsdf::When) -> bool {
+    match when {
+        bsdf::When::NotZero(inputs) => inputs.iter().all(|i| input_of(m, i).is_some_and(|v| !is_zero(v))),
+        bsdf::When::NotDefault(names) => bsdf::MODELS[m.bsdf].inputs.iter().zip(&m.inputs).any(|(input, value)| {
+            names.contains(&input.name) && !matches!(value, Value::Constant(c) if c[..3] == input.default)
+        }),
+    }
 }
 
 /// The value is 0 everywhere (textures are not looked into).

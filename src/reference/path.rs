@@ -217,7 +217,8 @@ pub fn trace<W: World>(
             break;
         };
         // 4. Emission towards the viewer.
-        let surface = world.surface(&ray, &hit);
+        let mut surface = world.surface(&ray, &hit);
+        surface.orient(-ray.direction);
         if surface.emission != DVec3::ZERO {
             let w = weight(world.emitter_density(&Ray { origin: from, ..ray }, &hit));
             sample.gather(throughput * surface.emission * w, edge);

@@ -2,7 +2,10 @@
 //!
 //! Each needs features that the others lack, so that a fault names its place.
 
+mod layers;
 pub mod lights;
+
+pub use layers::layers;
 
 use std::f64::consts::PI;
 
@@ -351,5 +354,6 @@ pub fn all(size: u32) -> Vec<Scene> {
         discs(size),
         lights::lamps(size),
         lights::glowing(size),
+        layers(size),
     ]
 }

@@ -86,6 +86,15 @@ pub struct Shading {
 }
 
 impl Surface {
+    /// The bitangent of the front, handedness included, may oppose the y axis of the frame that `wo` is shaded in: directions of
+    /// anisotropy follow it.
+    pub fn orient(&mut self, wo: DVec3) {
+        let is_back = !self.transmits && wo.dot(self.geometric_normal) < 0.0;
+        if self.tangent.is_some_and(|t| t.1 < 0.0) != is_back {
+            self.params.mirror();
+        }
+    }
+
     /// `wo`: world direction to the viewer.
     pub fn shading(&self, wo: DVec3) -> Shading {
         let mut ng = self.geometric_normal;

@@ -127,6 +127,16 @@ fn choice(signature: &str, init: &str, key: &str, cases: &[(usize, String)], act
     text + "    return r;\n}\n\n"
 }
 
+/// Turns directions along the surface for a frame whose y points against the bitangent.
+const MIRROR: &str = "\
+#if GLTF_ANISOTROPY
+void lobes_mirror(inout Lobes l, bool is_mirrored) {
+    l.gltf.along.y *= is_mirrored ? -1.0 : 1.0;
+}
+#endif
+
+";
+
 /// `bsdf_eval`, `bsdf_pdf`, `bsdf_sample`, `bsdf_albedo`, `bsdf_is_delta` over the kinds in the scene.
 pub fn bsdfs(f: &Features) -> String {
     let functions = [
@@ -141,7 +151,7 @@ pub fn bsdfs(f: &Features) -> String {
         ("Spectrum bsdf_albedo(Lobes l)", "Spectrum(0.0)", "albedo", ""),
         ("bool bsdf_is_delta(Lobes l)", "false", "is_delta", ""),
     ];
-    let mut text = String::new();
+    let mut text = MIRROR.to_owned();
     for (signature, default, function, arguments) in functions {
         let call = |b: usize| {
             let keyword = bsdf::MODELS[b].keyword;

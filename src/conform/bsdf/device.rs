@@ -18,7 +18,7 @@ use crate::gpu::Device;
 use crate::metric::stats::{Moments, normal_quantile, sidak};
 
 /// Words of an input row: a model's inputs (colours take three), then two directions, or one, a choice and u.
-const WORDS: usize = 18;
+const WORDS: usize = 28;
 /// Step of the differences, 16 eps.
 const STEP: f64 = 1.0 / 1_048_576.0;
 /// A direction whose z is this small may be on either side after rounding: 2 (o.h) h.z - o.z cancels.
@@ -119,8 +119,14 @@ fn draw(r: &mut Inputs, domain: Domain) -> f32 {
         Domain::RoughnessY => draw(r, Domain::Roughness),
         Domain::Index if r.once_in(8) => r.pick(&[1.0, 1.000_000_1, 0.999_999_9, 1.001, 0.999]),
         Domain::Index => r.log(0.3, 3.0),
+        Domain::Coat => r.range(1.0, 3.0),
         Domain::Metal => r.range(0.0, 8.0),
         Domain::Switch => r.pick(&[0.0, 1.0]),
+        Domain::Turn => r.range(-7.0, 7.0),
+        Domain::Off if r.once_in(2) => 0.0,
+        Domain::Off => r.range(0.0, 1.0),
+        Domain::RoughnessOff if r.once_in(2) => 0.0,
+        Domain::RoughnessOff => draw(r, Domain::Roughness),
     }
 }
 
@@ -357,5 +363,18 @@ mod tests {
         let probes = super::super::probes();
         let coverage = &crate::conform::coverage::rows(&probes)[0];
         assert!(!coverage.evidence.contains(" bsdf/"), "{}", coverage.evidence);
+    }
+
+    /// By hand, gates 2 to 4 of what the filter names, over fewer inputs on wish:
+    /// `INPUTS=65536 FILTER="dielectric" cargo test --lib by_hand_rows -- --ignored --nocapture`.
+    #[test]
+    #[ignore = "a tool, not a test"]
+    fn by_hand_rows() {
+        let device = crate::gpu::Device::open(&crate::gpu::Choice::Auto, &crate::gpu::Options::default()).unwrap();
+        let filter = std::env::var("FILTER").unwrap_or_default();
+        let inputs = std::env::var("INPUTS").map_or(1 << 20, |n| n.parse().expect("INPUTS is a count"));
+        let mut rows = crate::conform::probe::run_all(&device, &super::super::probes(), &filter, inputs);
+        rows.extend(super::furnace_rows(&device, &filter, 7));
+        rows.iter().for_each(|r| println!("{:?} {}: {} (bound: {})", r.verdict, r.name, r.evidence, r.bound));
     }
 }

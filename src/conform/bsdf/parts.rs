@@ -9,7 +9,8 @@ use crate::bsdf::{fresnel, ggx_albedo};
 
 const FRESNEL: &[&str] = &["bsdf/common.glsl", "bsdf/fresnel.glsl"];
 const GGX: &[&str] = &["bsdf/common.glsl", "bsdf/ggx.glsl"];
-const ALBEDO: &[&str] = &["bsdf/common.glsl", "bsdf/fresnel.glsl", "bsdf/ggx_albedo.glsl"];
+const ALBEDO: &[&str] =
+    &["bsdf/common.glsl", "bsdf/fresnel.glsl", "bsdf/ggx.glsl", "bsdf/ggx_albedo.glsl", "bsdf/coat.glsl"];
 
 pub fn probes() -> Vec<Probe> {
     let mut rows = fresnel_rows();
@@ -243,6 +244,7 @@ fn ggx_rows() -> Vec<Probe> {
 }
 
 fn albedo_rows() -> Vec<Probe> {
+    let coat = |roughness: f64, f0: f64, weight: f64| crate::bsdf::coat::Coat::new(roughness, f0, weight);
     let rows = || ggx_albedo::rows().iter().map(|r| r.map(f32::to_bits)).collect::<Vec<_>>();
     let probes = vec![
         Probe::real(
@@ -283,6 +285,22 @@ fn albedo_rows() -> Vec<Probe> {
         )
         .k(8.0)
         .within(0.0, 1.000_001),
+        Probe::real(
+            "coat_shares",
+            "Coat c = coat_new(x0, x1, x2); vec2 s = coat_shares(c, x3); y0 = s.x; y1 = s.y; y2 = coat_through_average(c); \
+             y3 = coat_fresnel(c, x3);",
+            |r| {
+                let roughness = if r.once_in(4) { 0.0 } else { r.range(0.0317, 1.0) };
+                [roughness, r.range(0.0, 1.0), r.range(0.0, 1.0), cosine(r).max(1e-8)]
+            },
+            move |[roughness, f0, weight, mu]| {
+                let c = coat(roughness, f0, weight);
+                [c.through(mu), c.reflected(mu), c.through_average(), c.fresnel(mu)]
+            },
+        )
+        .k(64.0)
+        .within(0.0, 1.000_001)
+        .absolute(1e-7, "the table's place within a cell"),
     ];
     probes.into_iter().map(|p| p.files(ALBEDO).table("ggx_albedo", rows())).collect()
 }

@@ -61,6 +61,7 @@ pub fn examine(case: &Case, wo: DVec3, level: f64) -> Finding {
     let is_kept = match case.furnace {
         Furnace::Unity => (0.99..=1.001).contains(&albedo),
         Furnace::AtMostOne => (0.0..=1.001).contains(&albedo),
+        Furnace::AtMost(limit) => (0.0..=limit).contains(&albedo),
         Furnace::Exempt => albedo.is_finite(),
     };
     if !is_kept {

@@ -11,6 +11,7 @@
 mod buffers;
 mod container;
 mod document;
+mod layers;
 mod materials;
 mod meshes;
 mod nodes;
@@ -33,8 +34,11 @@ use materials::Wear;
 const SHADED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_materials_variants",
@@ -50,14 +54,11 @@ const SILENT: &[&str] = &["KHR_animation_pointer", "KHR_xmp", "KHR_xmp_json_ld"]
 /// Extensions that may be left out without the file losing its shape: the surface looks plainer, a light is missing.
 const PLAINER: &[&str] = &[
     "KHR_lights_punctual",
-    "KHR_materials_anisotropy",
-    "KHR_materials_clearcoat",
     "KHR_materials_diffuse_transmission",
     "KHR_materials_dispersion",
     "KHR_materials_iridescence",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_sheen",
-    "KHR_materials_specular",
     "KHR_materials_volume_scatter",
 ];
 
@@ -203,7 +204,8 @@ impl Builder<'_> {
         for (instance, (source, wear)) in self.uses.iter().enumerate() {
             let entry = source.map(|s| &document.materials[s]);
             let maps_normals = entry.is_some_and(|e| e.normal_texture.is_some());
-            let key = (*source, Wear { has_tangents: wear.has_tangents && maps_normals, ..*wear });
+            let follows_tangent = entry.is_some_and(|e| e.follows_tangent());
+            let key = (*source, Wear { has_tangents: wear.has_tangents && follows_tangent, ..*wear });
             let number = match numbers.get(&key) {
                 Some(number) => *number,
                 None => {

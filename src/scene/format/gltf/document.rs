@@ -153,6 +153,26 @@ document! {
         unlit: Option<Unlit>,
         #[serde(rename = "KHR_materials_volume")]
         volume: Option<Volume>,
+        #[serde(rename = "KHR_materials_specular")]
+        specular: Option<Specular>,
+        #[serde(rename = "KHR_materials_anisotropy")]
+        anisotropy: Option<Anisotropy>,
+        #[serde(rename = "KHR_materials_clearcoat")]
+        clearcoat: Option<Clearcoat>,
+    }
+    Specular {
+        specular_factor: f64 = 1.0,
+        specular_texture: Option<TextureInfo>,
+        specular_color_factor: [f64; 3] = [1.0; 3],
+        specular_color_texture: Option<TextureInfo>,
+    }
+    Anisotropy { anisotropy_strength: f64, anisotropy_rotation: f64, anisotropy_texture: Option<TextureInfo> }
+    Clearcoat {
+        clearcoat_factor: f64,
+        clearcoat_texture: Option<TextureInfo>,
+        clearcoat_roughness_factor: f64,
+        clearcoat_roughness_texture: Option<TextureInfo>,
+        clearcoat_normal_texture: Option<TextureInfo>,
     }
     Unlit {}
     EmissiveStrength { emissive_strength: f64 = 1.0 }
@@ -174,16 +194,29 @@ impl TextureInfo {
 }
 
 impl Material {
+    /// Something of it has a direction along the surface.
+    pub fn follows_tangent(&self) -> bool {
+        self.normal_texture.is_some()
+            || self.extensions.anisotropy.as_ref().is_some_and(|a| a.anisotropy_strength > 0.0)
+    }
+
     pub fn texture_infos(&self) -> impl Iterator<Item = &TextureInfo> {
-        let transmission = self.extensions.transmission.as_ref().and_then(|t| t.transmission_texture.as_ref());
+        let e = &self.extensions;
+        let transmission = e.transmission.as_ref().and_then(|t| t.transmission_texture.as_ref());
+        let specular = e.specular.as_ref().map(|s| [s.specular_texture.as_ref(), s.specular_color_texture.as_ref()]);
+        let clearcoat =
+            e.clearcoat.as_ref().map(|c| [c.clearcoat_texture.as_ref(), c.clearcoat_roughness_texture.as_ref()]);
         [
             self.pbr_metallic_roughness.base_color_texture.as_ref(),
             self.pbr_metallic_roughness.metallic_roughness_texture.as_ref(),
             self.normal_texture.as_ref(),
             self.emissive_texture.as_ref(),
             transmission,
+            e.anisotropy.as_ref().and_then(|a| a.anisotropy_texture.as_ref()),
         ]
         .into_iter()
+        .chain(specular.into_iter().flatten())
+        .chain(clearcoat.into_iter().flatten())
         .flatten()
     }
 }

@@ -1,5 +1,5 @@
 //! glTF's surface as a material of the bsdf model `gltf`: metallic-roughness with emissive strength, index of
-//! refraction, transmission and volume. Inputs are looked up by name, so that the model's order is its own.
+//! refraction, transmission and volume; layers.rs has the rest. Inputs are looked up by name, so that the model's order is its own.
 //!
 //! base colour = (factor * texture) * vertex colour. Emission is factor * strength * texture, on both sides of
 //! double-sided materials. `thin` is 0 only where KHR_materials_volume gives a thickness: then light refracts into the
@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use super::buffers::File;
 use super::document::{Material as Entry, TextureInfo, Volume};
+use super::layers;
 use super::textures::Textures;
 use crate::bsdf::MODELS;
 use crate::scene::format::toml::plain_material;
@@ -21,7 +22,7 @@ const MAX_ABSORPTION: f64 = 1e20;
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Wear {
     pub has_color: bool,
-    /// Normal maps need texture coordinates.
+    /// Normal maps and anisotropy need texture coordinates.
     pub has_tangents: bool,
 }
 
@@ -36,7 +37,9 @@ pub fn build(
     let default = Entry::default();
     let entry = index.map_or(&default, |i| &file.document.materials[i]);
     let place = index.map_or("default material".into(), |i| place(entry, i));
-    check_numbers(entry).map_err(|key| file.error(&place, format!("`{key}` is out of its range; correct it")))?;
+    check_numbers(entry)
+        .and_then(|()| layers::check(entry))
+        .map_err(|key| file.error(&place, format!("`{key}` is out of its range; correct it")))?;
     let model = MODELS.iter().position(|m| m.keyword == "gltf").expect("bsdf_list! holds gltf");
     let name = entry.name.clone().unwrap_or_else(|| place.clone());
     let mut material = plain_material(&name, model);
@@ -93,6 +96,10 @@ pub fn build(
         scene.notes.push(format!("{place}: index of refraction {ior} taken as {taken}"));
         ior = taken;
     }
+    let look_up = |info: &TextureInfo, encoding| textures.value(file, info, encoding, scene);
+    let mut notes = Vec::new();
+    let more = layers::inputs(entry, &place, wear.has_tangents, &mut notes, look_up)?;
+    scene.notes.append(&mut notes);
     for (input, slot) in MODELS[model].inputs.iter().zip(&mut material.inputs) {
         *slot = match input.name {
             "base_color" => base_color.clone(),
@@ -101,7 +108,10 @@ pub fn build(
             "transmission" => transmission.clone(),
             "ior" => Value::scalar(ior),
             "thin" => Value::scalar(if volume.is_some() { 0.0 } else { 1.0 }),
-            _ => continue,
+            name => match more.iter().find(|m| m.0 == name) {
+                Some((_, value)) => value.clone(),
+                None => continue,
+            },
         };
     }
     Ok(material)
@@ -124,7 +134,7 @@ pub fn place(entry: &Entry, index: usize) -> String {
     }
 }
 
-fn times(a: Value, b: Value) -> Value {
+pub fn times(a: Value, b: Value) -> Value {
     Value::Multiply(Box::new(a), Box::new(b))
 }
 
