@@ -20,6 +20,7 @@ pub mod records;
 pub mod replay;
 pub mod report;
 pub mod subject;
+mod superposition;
 pub mod traversal;
 
 mod builtin;

@@ -187,7 +187,7 @@ const MUTATIONS: &[Mutation] = &[
     Mutation {
         name: "a sun that a path runs into counts as if it were always the light chosen",
         fault: text("light/sun.glsl", " * light_pmf(s.from, s.from_normal, row)", ""),
-        caught_by: &[Replay(lights::lamps)],
+        caught_by: &[ClosedForm(known::lights::wide_sun)],
     },
     Mutation {
         name: "a sun is half as wide as its record for the paths that run into it",

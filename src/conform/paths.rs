@@ -2,7 +2,7 @@
 
 use super::report::{Gate, GateRow, Verdict, is_wanted};
 use super::subject::Subject;
-use super::{aov, camera, cosine, film, images, ledger, models, replay};
+use super::{aov, camera, cosine, film, images, ledger, models, replay, superposition};
 use crate::error::Error;
 use crate::integrator::{Estimator, Settings};
 use crate::reference::{known, meters, scenes};
@@ -76,6 +76,8 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
             list.push((Gate::Images, format!("estimators {} {other:?}", scene.name).to_lowercase(), Box::new(row)));
         }
     }
+    let row = move |s: &Subject| superposition::row(s, &scenes::lights::lamps(scale.size), scale.spp);
+    list.push((Gate::Images, "superposition lamps".to_owned(), Box::new(row)));
     for scene in scenes.iter().chain(&models).chain(&cameras) {
         let row = move |s: &Subject| images::specialised(s, scene, 16);
         list.push((Gate::Specialised, format!("specialised {}", scene.name), Box::new(row)));

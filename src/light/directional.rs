@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::lamp::LampModel;
 use super::{Connection, Reach, vector};
@@ -37,6 +37,10 @@ impl LampModel for Directional {
 
     fn from_record(light: &LightRecord) -> Self {
         Self { to_light: vector(light.b).normalize_or(DVec3::Y), irradiance: vector(light.c) }
+    }
+
+    fn place(&mut self, to_world: &DAffine3) {
+        self.to_light = to_world.transform_vector3(self.to_light).normalize_or(self.to_light);
     }
 
     fn connect(&self, _p: DVec3, _u: [f64; 2]) -> Connection {

@@ -1,7 +1,7 @@
 //! Lights that no surface carries: what each of them answers. The f64 maths take a plain struct of parameters; replay decodes it
 //! from the record, the independent oracle takes it from the scene.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::Connection;
 use crate::prepare::records::LightRecord;
@@ -19,6 +19,8 @@ pub trait LampModel {
         Self: Sized;
     /// How `p` sees it, with two numbers in [0, 1).
     fn connect(&self, p: DVec3, u: [f64; 2]) -> Connection;
+    /// Moves it; a scale changes no light.
+    fn place(&mut self, to_world: &DAffine3);
     /// Radiance along a ray that leaves the scene in this direction, and the density of `connect` there; 0 without a size.
     fn arriving(&self, _direction: DVec3) -> (DVec3, f64) {
         (DVec3::ZERO, 0.0)

@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::lamp::LampModel;
 use super::{Connection, Reach, vector};
@@ -50,6 +50,10 @@ impl LampModel for Point {
 
     fn from_record(light: &LightRecord) -> Self {
         Self { position: vector(light.a), intensity: vector(light.c) }
+    }
+
+    fn place(&mut self, to_world: &DAffine3) {
+        self.position = to_world.transform_point3(self.position);
     }
 
     fn connect(&self, p: DVec3, _u: [f64; 2]) -> Connection {

@@ -9,7 +9,7 @@
 
 use std::f64::consts::TAU;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::lamp::LampModel;
 use super::point::connect_point;
@@ -99,6 +99,11 @@ impl LampModel for Spot {
         };
         let axis = vector(light.b).normalize_or(DVec3::Z);
         Self { position: vector(light.a), axis, intensity: vector(light.c), falloff }
+    }
+
+    fn place(&mut self, to_world: &DAffine3) {
+        self.position = to_world.transform_point3(self.position);
+        self.axis = to_world.transform_vector3(self.axis).normalize_or(self.axis);
     }
 
     fn connect(&self, p: DVec3, _u: [f64; 2]) -> Connection {

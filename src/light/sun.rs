@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::lamp::LampModel;
 use super::spot::one_minus_cos;
@@ -60,6 +60,10 @@ impl LampModel for Sun {
         let half_angle_rad = 2.0 * (0.5 * f64::from(light.a[0])).sqrt().asin();
         let irradiance = PI * half_angle_rad.sin().powi(2) * vector(light.c);
         Self { to_light: vector(light.b).normalize_or(DVec3::Y), irradiance, half_angle_rad }
+    }
+
+    fn place(&mut self, to_world: &DAffine3) {
+        self.to_light = to_world.transform_vector3(self.to_light).normalize_or(self.to_light);
     }
 
     fn connect(&self, _p: DVec3, u: [f64; 2]) -> Connection {

@@ -82,6 +82,17 @@ pub fn radiance_rgb(radiance: impl Fn(f64) -> f64) -> DVec3 {
     xyz_to_rec709(xyz(radiance))
 }
 
+/// Linear Rec.709 of luminance 1 with the chromaticity of a black body (Planck's law; hc/k of the SI of 2019). What lies outside
+/// Rec.709, below some 1900 K, is held to its edge.
+pub fn blackbody_rgb(kelvin: f64) -> DVec3 {
+    const SECOND_RADIATION_NM_K: f64 = 1.438_776_877e7;
+    // Relative to 560 nm, so that neither end of the range leaves f64.
+    let exponent = |nm: f64| SECOND_RADIATION_NM_K / (nm * kelvin);
+    let power = |nm: f64| (560.0 / nm).powi(5) * exponent(560.0).exp_m1() / exponent(nm).exp_m1();
+    let rgb = xyz_to_rec709(xyz(power)).max(DVec3::ZERO);
+    rgb / super::special::luminance(rgb)
+}
+
 fn rows() -> impl Iterator<Item = (f64, DVec3, f64)> {
     (0u32..).zip(CIE_1931_D65).map(|(i, r)| (FIRST_NM + STEP_NM * f64::from(i), DVec3::new(r[0], r[1], r[2]), r[3]))
 }
@@ -162,6 +173,20 @@ mod tests {
         assert!((LUMEN_PER_WATT * watt.y - 683.0).abs() < 0.01, "{watt}");
         let rgb = radiance_rgb(|nm| if nm == 555.0 { 1.0 / STEP_NM } else { 0.0 });
         assert!((rec709_to_xyz() * rgb - watt).length() < 1e-12);
+    }
+
+    /// CIE 1931 chromaticities of the Planckian locus: A (2856 K) is (0.4476, 0.4074), 6500 K is (0.3135, 0.3237) (CIE 15:2004).
+    #[test]
+    fn black_bodies_have_their_chromaticity() {
+        for (kelvin, x, y) in [(2856.0, 0.4476, 0.4074), (6500.0, 0.3135, 0.3237)] {
+            let xyz = rec709_to_xyz() * blackbody_rgb(kelvin);
+            let sum = xyz.element_sum();
+            assert!((xyz.x / sum - x).abs() < 3e-4 && (xyz.y / sum - y).abs() < 3e-4, "{kelvin}: {xyz}");
+        }
+        for kelvin in [500.0, 1000.0, 1e5] {
+            let rgb = blackbody_rgb(kelvin);
+            assert!(rgb.is_finite() && rgb.min_element() >= 0.0, "{kelvin}: {rgb}");
+        }
     }
 
     #[test]

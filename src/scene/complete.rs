@@ -3,7 +3,8 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Projection, Scene, Shape, Sky, SkyRadiance, Value};
+use super::{Image, Pixels, Projection, Scene, Shape, Sky, SkyRadiance, Value};
+use crate::math::special::luminance;
 
 /// Axis-aligned bounds of all instances in world space, f64; None when the scene holds no finite point.
 pub fn bounds(scene: &Scene) -> Option<(DVec3, DVec3)> {
@@ -97,6 +98,28 @@ pub fn frame_camera_from(scene: &mut Scene, azimuth: f64, elevation: f64) {
     scene.camera.to_world =
         DAffine3 { matrix3: DMat3::from_cols(right, up, back), translation: center + back * distance };
     scene.camera.is_placed = true;
+}
+
+impl Sky {
+    /// Irradiance of a horizontal plane facing up, as luminance: texel by texel, each with its exact cosine-weighted solid angle
+    /// (1/2 (sin^2 below - sin^2 above) times its width), which is the integral of the bilinear picture up to its slope across the
+    /// horizon's row.
+    pub fn horizontal_irradiance(&self, images: &[Image]) -> f64 {
+        let image = match self.radiance {
+            SkyRadiance::Uniform(radiance) => return std::f64::consts::PI * self.scale * luminance(radiance),
+            SkyRadiance::Image(image) => &images[image],
+        };
+        let Pixels::RgbF32(pixels) = &image.pixels else { return 0.0 };
+        let (width, height) = (image.width as usize, f64::from(image.height));
+        let usable = |x: f32| if x.is_finite() && x > 0.0 { f64::from(x) } else { 0.0 };
+        let rows = pixels.chunks_exact(3 * width).enumerate().map(|(j, row)| {
+            let sin2 = |edge: f64| (std::f64::consts::PI * edge.min(0.5 * height) / height).sin().powi(2);
+            let weight = 0.5 * (sin2(j as f64 + 1.0) - sin2(j as f64)) * std::f64::consts::TAU / width as f64;
+            let pixel = |p: &[f32]| luminance(DVec3::new(usable(p[0]), usable(p[1]), usable(p[2])));
+            weight * row.chunks_exact(3).map(pixel).sum::<f64>()
+        });
+        self.scale * rows.sum::<f64>()
+    }
 }
 
 /// Gives a scene without sky, lamp and emitting surface a uniform sky of radiance 1, and notes it.

@@ -4,6 +4,7 @@ mod bad_input;
 mod broken_files;
 mod compare;
 mod converge;
+mod lights;
 mod measure;
 mod render;
 #[path = "../support/triangle.rs"]

@@ -4,6 +4,7 @@ mod assets;
 mod bad;
 mod damage;
 mod gltf;
+mod lights;
 mod obj;
 mod pictures;
 mod ply;

@@ -100,14 +100,15 @@ fn sun_of(half_angle_deg: f64) -> (Lamp, DVec3) {
     (Lamp::Sun(Sun { to_light: under(40.0), irradiance, half_angle_rad }), irradiance)
 }
 
-/// A disc wholly above the horizon gives E cos(theta) whatever its size: here 40 degrees across.
+/// A disc wholly above the horizon gives E cos(theta) whatever its size: here 40 degrees across, beside a lamp straight above.
 pub fn wide_sun() -> Known {
     let (lamp, irradiance) = sun_of(20.0);
+    let point = Lamp::Point(Point { position: DVec3::Y, intensity: irradiance });
     Known {
         name: "wide sun",
-        about: "a disc of 40 degrees: L = rho E cos(theta)/pi",
-        scene: floor("wide-sun", &[lamp]),
-        radiance: ALBEDO * irradiance * 40f64.to_radians().cos() / PI,
+        about: "a disc of 40 degrees and a point lamp: L = rho (E cos(theta) + I/d^2)/pi",
+        scene: floor("wide-sun", &[lamp, point]),
+        radiance: ALBEDO * irradiance * (40f64.to_radians().cos() + 1.0) / PI,
     }
 }
 

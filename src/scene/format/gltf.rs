@@ -12,6 +12,7 @@ mod buffers;
 mod container;
 mod document;
 mod layers;
+mod lights;
 mod materials;
 mod meshes;
 mod nodes;
@@ -34,6 +35,7 @@ use materials::Wear;
 const SHADED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
+    "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
@@ -53,7 +55,6 @@ const SILENT: &[&str] = &["KHR_animation_pointer", "KHR_xmp", "KHR_xmp_json_ld"]
 
 /// Extensions that may be left out without the file losing its shape: the surface looks plainer, a light is missing.
 const PLAINER: &[&str] = &[
-    "KHR_lights_punctual",
     "KHR_materials_diffuse_transmission",
     "KHR_materials_dispersion",
     "KHR_materials_iridescence",
@@ -103,6 +104,9 @@ impl Builder<'_> {
         let node = &self.file.document.nodes[placed.node];
         if let Some(camera) = node.camera {
             self.camera(camera, placed)?;
+        }
+        if let Some(light) = &node.extensions.light {
+            self.scene.lights.push(lights::read(self.file, light.light, placed, &mut self.scene.notes)?);
         }
         let Some(mesh) = node.mesh else { return Ok(()) };
         let place = nodes::place(self.file, placed.node);

@@ -6,6 +6,7 @@
 mod camera;
 mod film;
 pub mod keys;
+mod light;
 mod material;
 mod model;
 mod sensor;
@@ -20,6 +21,7 @@ use std::path::{Path, PathBuf};
 
 use super::image_file;
 use super::tangents;
+use crate::math::spectrum::LUMEN_PER_WATT;
 use crate::scene::{Encoding, Error, Filter, Minify, Scene, Sky, SkyRadiance, Texture, Wrap};
 use ::toml::de::DeTable;
 pub use table::nearest;
@@ -68,6 +70,9 @@ pub fn parse(text: &str, path: &Path) -> Result<Scene, Error> {
     for item in top.tables("shape")? {
         builder.shape(item)?;
     }
+    for item in top.tables("light")? {
+        builder.light(item)?;
+    }
     builder.patch_materials(&patches, &brought)?;
     builder.patch_nodes(&top, &brought)?;
     tangents::complete(&mut builder.scene);
@@ -81,13 +86,12 @@ impl<'a> Builder<'a> {
     fn sky(&mut self, top: &Table<'a>) -> Result<(), Error> {
         let Some(item) = top.get("sky") else { return Ok(()) };
         let table = Table::open(self.source, item, &[&keys::SKY], &[])?;
-        let radiance = match (table.text("file")?, table.splat::<3>("radiance")?) {
-            (Some(_), Some(_)) => return Err(table.error("radiance", "stands beside `file`; keep one of the two")),
+        let measures = [light::Measure("radiance", false, 1.0), light::Measure("radiance_nt", true, 1.0)];
+        let key = if table.get("radiance").is_some() { "radiance" } else { "radiance_nt" };
+        let radiance = match (table.text("file")?, light::strength(&table, &measures, None)?) {
+            (Some(_), Some(_)) => return Err(table.error(key, "stands beside `file`; keep one of the two")),
             (None, None) => return Err(table.missing("radiance` or `file")),
-            (None, Some(radiance)) if radiance.iter().any(|x| *x < 0.0) => {
-                return Err(table.error("radiance", "must not be negative"));
-            }
-            (None, Some(radiance)) => SkyRadiance::Uniform(radiance.into()),
+            (None, Some(radiance)) => SkyRadiance::Uniform(radiance),
             (Some(file), None) => {
                 let image = image_file::read_sky(&self.path(&table, "file", file)?, &mut self.scene.notes)
                     .map_err(|e| table.error("file", format!("cannot be used: {e}")))?;
@@ -95,12 +99,29 @@ impl<'a> Builder<'a> {
                 SkyRadiance::Image(self.scene.images.len() - 1)
             }
         };
-        let scale = table.number("scale")?.unwrap_or(1.0);
+        let mut scale = table.number("scale")?.unwrap_or(1.0);
         if scale < 0.0 {
             return Err(table.error("scale", "must not be negative"));
         }
+        if choice(&table, "unit", &[("radiance", false), ("nt", true)])? {
+            if matches!(radiance, SkyRadiance::Uniform(_)) {
+                return Err(table.error("unit", "is that of the pixels of `file`; write `radiance_nt` instead"));
+            }
+            scale /= LUMEN_PER_WATT;
+        }
         let rotation_rad = table.number("rotate_deg")?.unwrap_or(0.0).to_radians();
-        self.scene.sky = Some(Sky { radiance, rotation_rad, scale });
+        let mut sky = Sky { radiance, rotation_rad, scale };
+        if let Some(lux) = table.number("illuminance_lx")? {
+            let now = sky.horizontal_irradiance(&self.scene.images);
+            if lux < 0.0 || table.get("scale").is_some() || table.get("unit").is_some() {
+                return Err(table.error("illuminance_lx", "must not be negative, nor stand beside `scale` or `unit`"));
+            }
+            if now <= 0.0 {
+                return Err(table.error("illuminance_lx", "is asked of a sky whose upper half is black"));
+            }
+            sky.scale *= lux / LUMEN_PER_WATT / now;
+        }
+        self.scene.sky = Some(sky);
         Ok(())
     }
 

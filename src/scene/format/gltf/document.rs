@@ -53,7 +53,20 @@ document! {
     DocumentExtensions {
         #[serde(rename = "KHR_materials_variants")]
         variants: Option<Variants>,
+        #[serde(rename = "KHR_lights_punctual")]
+        lights: Option<PunctualLights>,
     }
+    PunctualLights { lights: Vec<PunctualLight> }
+    PunctualLight {
+        name: Option<String>,
+        r#type: String,
+        color: [f64; 3] = [1.0; 3],
+        intensity: f64 = 1.0,
+        range: Option<f64>,
+        spot: Option<SpotCone>,
+    }
+    SpotCone { inner_cone_angle: f64, outer_cone_angle: f64 = std::f64::consts::FRAC_PI_4 }
+    NodeLight { light: usize }
     Variants { variants: Vec<Variant> }
     Variant { name: String }
     Asset { version: String, min_version: Option<String> }
@@ -73,6 +86,8 @@ document! {
     NodeExtensions {
         #[serde(rename = "EXT_mesh_gpu_instancing")]
         instancing: Option<Instancing>,
+        #[serde(rename = "KHR_lights_punctual")]
+        light: Option<NodeLight>,
         #[serde(rename = "KHR_node_visibility")]
         visibility: Option<Visibility>,
     }

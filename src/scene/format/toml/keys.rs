@@ -34,6 +34,7 @@ pub const TOP: Section = section!("top level", "The file itself.",
     "sky": "[sky]" = "none"; "below; a scene without any light gets a uniform sky of radiance 1",
     "texture": "[[texture]]" = "none"; "below, any number",
     "material": "[[material]]" = "none"; "below, any number; `[material.\"Name\"]` patches what a model brought",
+    "light": "[[light]]" = "none"; "below, any number: lights without a surface",
     "shape": "[[shape]]" = "none"; "below, any number",
     "model": "[[model]]" = "none"; "below, any number",
     "sensor": "[[sensor]]" = "none"; "below, any number; what `measure` measures",
@@ -65,9 +66,48 @@ pub const FILM: Section = section!("[film]", "Flags of the command line win over
 
 pub const SKY: Section = section!("[sky]", "Light from infinitely far away: `file` or `radiance`.",
     "file": "path (.hdr, .exr)" = "none"; "lat-long image; its centre is -z, its right half +x; NaN, infinite and negative values become 0",
+    "unit": "\"radiance\" or \"nt\"" = "\"radiance\""; "of the pixels of `file`: W/(m2 sr), or cd/m2",
     "radiance": "number or [r, g, b] W/(m2 sr)" = "none"; "the same from everywhere",
+    "radiance_nt": "number, cd/m2" = "none"; "the same in nits",
     "rotate_deg": "number" = "0"; "turns it about +y",
     "scale": "number >= 0" = "1"; "factor on the radiance",
+    "illuminance_lx": "number, lx" = "none"; "instead of `scale`: what a horizontal plane without anything above it gets",
+);
+
+pub const LIGHT: Section = section!("[[light]]", "A light without a surface. Exactly one of its keys in W, lm, cd, lx says how strong it is. A number keeps its luminance (683 lm a watt) whatever the colour; a triple is taken channel by channel.",
+    "type": "\"point\", \"spot\" or \"directional\"" = "required"; "kind",
+    "name": "string" = "the type"; "for messages",
+    "color": "[r, g, b]" = "white"; "linear; its luminance is divided out",
+    "temperature_k": "number in 500..100000, K" = "none"; "instead of `color`: that of a black body",
+);
+
+pub const POINT: Section = section!("[[light]] type = \"point\"", "The same intensity everywhere: I = power / 4 pi, and a surface gets I cos / d^2.",
+    "position": "[x, y, z] m" = "required"; "where it stands",
+    "power": "number or [r, g, b], W" = "none"; "of the whole light",
+    "power_lm": "number, lm" = "none"; "the same in lumens",
+    "intensity": "number or [r, g, b], W/sr" = "none"; "",
+    "intensity_cd": "number, cd" = "none"; "the same in candelas",
+);
+
+pub const SPOT: Section = section!("[[light]] type = \"spot\"", "Brightest on its axis. `hard`: the same inside the cone and nothing outside. `cosine`: cos^exponent on the front half. `smooth`: t^2 with t = (cos - cos cone)/(cos inner - cos cone) within [0, 1], as in glTF. `power` is what leaves it, `intensity` that on the axis.",
+    "position": "[x, y, z] m" = "required"; "where it stands",
+    "direction": "[x, y, z]" = "required"; "the way its light goes",
+    "target": "[x, y, z] m" = "none"; "instead of `direction`: a point on the axis",
+    "falloff": "\"hard\", \"cosine\" or \"smooth\"" = "\"smooth\""; "as above",
+    "cone_deg": "number in (0, 180]" = "required for hard and smooth"; "angle from the axis beyond which it is dark",
+    "inner_cone_deg": "number in [0, cone_deg)" = "0"; "smooth: angle up to which it is brightest",
+    "exponent": "number in 0..10000" = "1"; "cosine",
+    "power": "number or [r, g, b], W" = "none"; "of the whole light",
+    "power_lm": "number, lm" = "none"; "the same in lumens",
+    "intensity": "number or [r, g, b], W/sr" = "none"; "on the axis",
+    "intensity_cd": "number, cd" = "none"; "the same in candelas",
+);
+
+pub const DIRECTIONAL: Section = section!("[[light]] type = \"directional\"", "Parallel light from infinitely far away; with a diameter a disc of uniform radiance, which the camera sees too.",
+    "direction": "[x, y, z]" = "required"; "the way its light goes",
+    "irradiance": "number or [r, g, b], W/m2" = "none"; "on a plane across it",
+    "irradiance_lx": "number, lx" = "none"; "the same in lux",
+    "angular_diameter_deg": "number in 0..180" = "0"; "the Sun's is 0.533",
 );
 
 pub const TEXTURE: Section = section!("[[texture]]", "A picture or pattern that material inputs look up by name.",
@@ -88,6 +128,7 @@ pub const MATERIAL: Section = section!("[[material]]", "A surface. Its other key
     "name": "string" = "required"; "what shapes refer to",
     "type": "keyword of a model" = "\"lambert\""; "listed further below; in a patch it replaces the model and all inputs",
     "emission": "value, W/(m2 sr)" = "none"; "radiance it emits, linear RGB",
+    "emission_nt": "value, cd/m2" = "none"; "the same in nits: luminance 683 Y of the radiance",
     "emission_two_sided": "boolean" = "false"; "emits on the back too",
     "alpha": "value" = "1"; "presence: how likely a ray meets the surface",
     "alpha_cutoff": "number" = "none"; "with it the surface is there exactly where alpha >= cutoff",
@@ -114,6 +155,8 @@ pub const SHAPE: Section = section!("[[shape]]", "Something to see. All kinds sh
     "type": "\"sphere\", \"disc\", \"rectangle\", \"box\" or \"mesh\"" = "required"; "kind",
     "name": "string" = "the type"; "for messages and patches",
     "material": "string" = "grey lambert"; "name of a `[[material]]`",
+    "power": "number or [r, g, b], W" = "none"; "makes it a lamp that emits so much in all, in the colour of its material's emission; not with textures",
+    "power_lm": "number, lm" = "none"; "the same in lumens",
     "scale": "number or [x, y, z]" = "1"; "spheres take one number, discs one for both directions in their plane",
     "rotate_deg": "[x, y, z] or number" = "0"; "about x, then y, then z; one number with `rotate_axis`",
     "rotate_axis": "[x, y, z]" = "none"; "axis of a single turn, counter-clockwise",
@@ -182,8 +225,26 @@ pub const SENSOR: Section = section!("[[sensor]]", "A meter, read by `steradian 
 
 /// In the order of the page.
 pub const SECTIONS: &[&Section] = &[
-    &TOP, &CAMERA, &FILM, &SKY, &TEXTURE, &MATERIAL, &VALUE, &SHAPE, &SPHERE, &DISC, &RECTANGLE, &BOX, &MESH, &MODEL,
-    &NODE, &SENSOR,
+    &TOP,
+    &CAMERA,
+    &FILM,
+    &SKY,
+    &LIGHT,
+    &POINT,
+    &SPOT,
+    &DIRECTIONAL,
+    &TEXTURE,
+    &MATERIAL,
+    &VALUE,
+    &SHAPE,
+    &SPHERE,
+    &DISC,
+    &RECTANGLE,
+    &BOX,
+    &MESH,
+    &MODEL,
+    &NODE,
+    &SENSOR,
 ];
 
 /// The tables of docs/scene.md.

@@ -13,6 +13,7 @@ use super::model::Brought;
 use super::table::{Item, Table};
 use super::{Builder, keys};
 use crate::bsdf::MODELS;
+use crate::math::spectrum::LUMEN_PER_WATT;
 use crate::scene::{Alpha, Curve, Encoding, Error, Material, Medium, Texture, Value};
 
 /// Complex indices at red, green and blue (sRGB primaries), fitted to the reflectance of measured metals.
@@ -153,11 +154,19 @@ impl<'a> Builder<'a> {
     /// The keys that every type has.
     fn surroundings(&self, table: &Table<'a>, material: &mut Material) -> Result<(), Error> {
         let value = |key: &str| table.get(key).map(|item| self.value(table, key, item)).transpose();
-        if let Some(emission) = value("emission")? {
+        let emission_nt = value("emission_nt")?.map(|v| match v {
+            Value::Constant(c) => Value::Constant(c.map(|x| x / LUMEN_PER_WATT)),
+            v => Value::Multiply(Box::new(Value::scalar(1.0 / LUMEN_PER_WATT)), Box::new(v)),
+        });
+        if emission_nt.is_some() && table.get("emission").is_some() {
+            return Err(table.error("emission_nt", "stands beside `emission`; keep one of the two"));
+        }
+        let key = if emission_nt.is_some() { "emission_nt" } else { "emission" };
+        if let Some(emission) = emission_nt.or(value("emission")?) {
             if let Value::Constant(c) = &emission
                 && c[..3].iter().any(|x| *x < 0.0)
             {
-                return Err(table.error("emission", "must not be negative"));
+                return Err(table.error(key, "must not be negative"));
             }
             let is_dark = matches!(&emission, Value::Constant(c) if c[..3] == [0.0; 3]);
             material.emission = (!is_dark).then_some(emission);

@@ -37,6 +37,9 @@ impl<'a> Builder<'a> {
                 instance.to_world = place * instance.to_world;
             }
             model.camera.to_world = place * model.camera.to_world;
+            for light in &mut model.lights {
+                light.lamp.place(&place);
+            }
             let (materials, instances) = (self.scene.materials.len(), self.scene.instances.len());
             append(&mut self.scene, model);
             brought.push(Brought {
@@ -175,6 +178,7 @@ fn append(scene: &mut Scene, mut other: Scene) {
     scene.instances.append(&mut other.instances);
     scene.variants.append(&mut other.variants);
     scene.notes.append(&mut other.notes);
+    scene.lights.append(&mut other.lights);
     if !scene.camera.is_placed && other.camera.is_placed {
         scene.camera = other.camera;
     }

@@ -4,8 +4,8 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::table::{Item, Table};
 use super::transform::{is_invertible, transform};
-use super::{Builder, keys, material};
-use crate::scene::{Error, Instance, Mesh, Shape};
+use super::{Builder, keys, light, material};
+use crate::scene::{Error, Instance, Material, Mesh, Shape};
 
 impl<'a> Builder<'a> {
     pub fn shape(&mut self, item: &'a Item<'a>) -> Result<(), Error> {
@@ -48,7 +48,9 @@ impl<'a> Builder<'a> {
             Some(name) => self.named(&self.materials, &table, "material", name)?,
             None => self.default_material(),
         };
-        self.scene.instances.push(Instance { name, shape, to_world: placed * own, material });
+        let to_world = placed * own;
+        let material = self.with_power(&table, material, light::area(shape, &to_world, &self.scene.meshes))?;
+        self.scene.instances.push(Instance { name, shape, to_world, material });
         Ok(())
     }
 
@@ -72,14 +74,29 @@ impl<'a> Builder<'a> {
             None => self.default_material(),
         };
         let name = table.text("name")?.unwrap_or("mesh");
-        for mesh in loaded.meshes {
-            self.scene.meshes.push(mesh);
-            let shape = Shape::Mesh(self.scene.meshes.len() - 1);
+        let first = self.scene.meshes.len();
+        self.scene.meshes.extend(loaded.meshes);
+        let shapes = (first..self.scene.meshes.len()).map(Shape::Mesh);
+        let area = shapes.clone().map(|shape| light::area(shape, placed, &self.scene.meshes)).sum();
+        let material = self.with_power(table, material, area)?;
+        for shape in shapes {
             self.scene.instances.push(Instance { name: name.into(), shape, to_world: *placed, material });
         }
         // What was said of materials does not matter here.
         self.scene.notes.extend(loaded.notes.into_iter().filter(|n| !n.starts_with("material")));
         Ok(())
+    }
+
+    /// The material, or a copy of it that gives this one lamp the power the shape asks for.
+    fn with_power(&mut self, table: &Table<'a>, material: usize, area: f64) -> Result<usize, Error> {
+        let own = &self.scene.materials[material];
+        let sides = if own.emission_two_sided { 2.0 } else { 1.0 };
+        let Some(emission) = light::emission_of_power(table, own.emission.as_ref(), area, sides)? else {
+            return Ok(material);
+        };
+        let lamp = Material { emission: Some(emission), ..own.clone() };
+        self.scene.materials.push(lamp);
+        Ok(self.scene.materials.len() - 1)
     }
 
     /// Grey lambert, made when first needed. No file can write its name: names are not empty there.

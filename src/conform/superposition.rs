@@ -1,0 +1,83 @@
+//! Gate 7: light adds up. The image under all lights is the sum of the images under each share of them (Veach 1997, section 4.2:
+//! transport is linear), square by square within the noise of all four.
+
+use super::images;
+use super::report::{Gate, GateRow};
+use super::subject::Subject;
+use crate::error::Error;
+use crate::film::Film;
+use crate::film::slot::BLOCK_SAMPLES;
+use crate::integrator::{Estimator, Settings};
+use crate::metric::stats::{normal_quantile, sidak};
+use crate::scene::Scene;
+
+/// False alarms of the row, at most.
+const LEVEL: f64 = 1e-4;
+/// Systematic rounding of an f32 mean, relative.
+const ROUNDING: f64 = 2e-5;
+/// Side of the squares in pixels.
+const SIDE: usize = 8;
+
+/// `scene` under its lamps dealt out to three scenes; the first has the sky and the emitting surfaces too.
+fn shares(scene: &Scene) -> [Scene; 3] {
+    std::array::from_fn(|k| {
+        let mut share = scene.clone();
+        let mut number = 0;
+        share.lights.retain(|_| {
+            number += 1;
+            (number - 1) % 3 == k
+        });
+        if k > 0 {
+            share.sky = None;
+            share.materials.iter_mut().for_each(|m| m.emission = None);
+        }
+        share
+    })
+}
+
+/// Sums over each square and channel: mean and variance of the mean.
+fn squares(film: &Film) -> Vec<(f64, f64)> {
+    let (w, h) = (film.width() as usize, film.height() as usize);
+    let columns = w.div_ceil(SIDE);
+    let mut sums = vec![(0.0, 0.0); columns * h.div_ceil(SIDE) * 3];
+    for pixel in 0..film.pixel_count() {
+        let square = pixel / w / SIDE * columns + pixel % w / SIDE;
+        for channel in 0..3 {
+            let sum = &mut sums[3 * square + channel];
+            sum.0 += film.mean(pixel)[channel];
+            sum.1 += film.variance_of_mean(pixel)[channel];
+        }
+    }
+    sums
+}
+
+pub fn row(subject: &Subject, scene: &Scene, spp: u32) -> Result<GateRow, Error> {
+    let blocks = u64::from(spp.div_ceil(BLOCK_SAMPLES));
+    let film = |scene: &Scene, seed| -> Result<Film, Error> {
+        subject.film(scene, &Settings { seed, ..images::settings(Estimator::Mis) }, blocks)
+    };
+    let all = squares(&film(scene, 0)?);
+    let mut sum = vec![(0.0, 0.0); all.len()];
+    for (seed, share) in (1..).zip(shares(scene)) {
+        for (s, part) in sum.iter_mut().zip(squares(&film(&share, seed)?)) {
+            (s.0, s.1) = (s.0 + part.0, s.1 + part.1);
+        }
+    }
+    let z = normal_quantile(1.0 - 0.5 * sidak(LEVEL, all.len()));
+    let of_bound = all.iter().zip(&sum).map(|(a, s)| {
+        let (off, bound) = ((a.0 - s.0).abs(), z * (a.1 + s.1).sqrt() + ROUNDING * a.0.abs());
+        if off == 0.0 { 0.0 } else { off / bound }
+    });
+    let worst = of_bound.fold(0.0, |worst: f64, x| if x.is_nan() || x > worst { x } else { worst });
+    let total = |s: &[(f64, f64)]| s.iter().map(|x| x.0).sum::<f64>();
+    Ok(GateRow::new(
+        Gate::Images,
+        format!("superposition {}", scene.name),
+        worst <= 1.0,
+        format!(
+            "{spp} spp: worst square {worst:.2} of its bound; sums differ by {:+.3} %",
+            100.0 * (total(&all) / total(&sum) - 1.0)
+        ),
+        format!("image(A + B + C) = image(A) + image(B) + image(C) in {} tests, {z:.1} standard errors", all.len()),
+    ))
+}
