@@ -8,6 +8,7 @@ use steradian::film::aov::{Aovs, Names};
 use steradian::film::slot::BLOCK_SAMPLES;
 use steradian::film::source::DeviceInfo;
 use steradian::integrator::Settings;
+use steradian::output::look::{Look, Tonemap};
 use steradian::output::record::{self, Record, Stages};
 use steradian::output::{self, Format};
 use steradian::render::{self, Outcome, StoppedBy, Stops};
@@ -39,9 +40,12 @@ pub struct Args {
     device: String,
     #[command(flatten)]
     kernel: super::source::KernelArgs,
-    /// Stops of exposure for .png
+    /// Stops of exposure for .png, besides what the scene's shutter, ISO and f-number say
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = super::parse_finite)]
     exposure: f64,
+    /// How .png files show what is brighter than white: clipped, or by Khronos PBR Neutral
+    #[arg(long, value_name = "T", default_value = "none")]
+    tonemap: Tonemap,
     /// What an .exr holds beside radiance: names with commas, all or none [default: albedo,normal,depth,variance,samples]
     #[arg(long, value_name = "LIST", value_parser = Aovs::parse)]
     aov: Option<Aovs>,
@@ -71,6 +75,8 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
         (Some(chosen), false) if *chosen != Aovs::NONE => anyhow::bail!("--aov is for .exr files, and none is written"),
         _ => Aovs::NONE,
     };
+    let of_film = scene.film.shutter.map_or(0.0, |s| s.exposure_ev());
+    let look = Look { exposure_ev: args.exposure + of_film, tonemap: args.tonemap };
     let window = scene.film.window();
     Film::check_memory(window.width, window.height, aovs)?;
     let settings = args.scene.settings(&scene, aovs);
@@ -109,7 +115,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     record.wall_s = started.elapsed().as_secs_f64();
     let begun = Instant::now();
     for path in &outputs {
-        output::write_picture(path, &outcome.film, &record, args.exposure)?;
+        output::write_picture(path, &outcome.film, &record, look)?;
     }
     record.seconds.write = begun.elapsed().as_secs_f64();
     record.wall_s = started.elapsed().as_secs_f64();

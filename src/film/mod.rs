@@ -9,6 +9,7 @@
 
 pub mod aov;
 pub mod dd;
+pub mod exposure;
 pub mod filter;
 pub mod ledger;
 pub mod slot;

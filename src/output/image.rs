@@ -1,16 +1,17 @@
 //! Plain RGB pictures: read for comparisons, written as PNG and Radiance HDR.
 //!
-//! PNG is 8-bit sRGB (IEC 61966-2-1) of radiance times 2^EV, clipped to [0, 1]; a radiance of 1 is white at EV 0.
+//! PNG is 8-bit sRGB (IEC 61966-2-1) of exposed radiance (`look`), clipped to [0, 1]; a radiance of 1 is white at EV 0 without a
+//! tone curve.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
 use std::path::Path;
 
 use image::ImageEncoder;
-use image::codecs::hdr::HdrEncoder;
 use image::codecs::png::PngEncoder;
 
-use super::Format;
+use super::look::Look;
+use super::{Format, hdr};
 use crate::error::Error;
 use crate::film::Film;
 
@@ -49,12 +50,16 @@ pub fn read(path: &Path) -> Result<Picture, Error> {
     Ok(Picture { width, height, pixels })
 }
 
-/// 8-bit sRGB of `picture` times 2^`exposure_ev`.
-pub fn write_png(path: &Path, picture: &Picture, exposure_ev: f64) -> Result<(), Error> {
-    let gain = exposure_ev.exp2() as f32;
-    let bytes: Vec<u8> =
-        picture.pixels.iter().flatten().map(|&v| (srgb_encode(v * gain) * 255.0 + 0.5) as u8).collect();
+/// 8-bit sRGB of `picture` as `look` shows it.
+pub fn write_png(path: &Path, picture: &Picture, look: impl Into<Look>) -> Result<(), Error> {
+    let look = look.into();
+    let bytes: Vec<u8> = picture.pixels.iter().flat_map(|&p| rgb8(p, &look)).collect();
     write_rgb8(path, picture.width, picture.height, &bytes)
+}
+
+/// A pixel's bytes.
+pub fn rgb8(radiance: [f32; 3], look: &Look) -> [u8; 3] {
+    look.apply(radiance).map(|v| (srgb_encode(v) * 255.0 + 0.5) as u8)
 }
 
 /// Three bytes a pixel, already encoded.
@@ -72,8 +77,10 @@ pub fn png_bytes(width: u32, height: u32, bytes: &[u8]) -> Result<Vec<u8>, Error
 
 /// Radiance HDR: shared exponent, negative values become 0.
 pub fn write_hdr(path: &Path, picture: &Picture) -> Result<(), Error> {
-    let pixels: Vec<image::Rgb<f32>> = picture.pixels.iter().map(|p| image::Rgb(p.map(|v| v.max(0.0)))).collect();
-    encode(path, |out| HdrEncoder::new(out).encode(&pixels, picture.width as usize, picture.height as usize))
+    encode(path, |out| {
+        out.write_all(hdr::header(picture.width, picture.height).as_bytes())?;
+        Ok(hdr::write_pixels(out, &picture.pixels)?)
+    })
 }
 
 fn encode(

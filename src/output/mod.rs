@@ -4,13 +4,16 @@
 //! whether a path can be written.
 
 pub mod exr;
+pub mod hdr;
 pub mod image;
+pub mod look;
 pub mod record;
 
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
 use crate::film::Film;
+use look::Look;
 use record::Record;
 
 /// A picture format, by its file's extension.
@@ -50,11 +53,12 @@ pub fn check_picture(path: &Path) -> Result<(), Error> {
     check(path)
 }
 
-/// Writes the film's picture by the extension of `path`. EXR holds every layer and the record; `exposure_ev` scales PNG only.
-pub fn write_picture(path: &Path, film: &Film, record: &Record, exposure_ev: f64) -> Result<(), Error> {
+/// Writes the film's picture by the extension of `path`. EXR holds every layer and the record; `look` (or stops of exposure) is for
+/// PNG only.
+pub fn write_picture(path: &Path, film: &Film, record: &Record, look: impl Into<Look>) -> Result<(), Error> {
     match Format::of(path)? {
         Format::Exr => exr::write(path, film, record),
-        Format::Png => image::write_png(path, &image::Picture::of_film(film), exposure_ev),
+        Format::Png => image::write_png(path, &image::Picture::of_film(film), look),
         Format::Hdr => image::write_hdr(path, &image::Picture::of_film(film)),
     }
 }

@@ -19,6 +19,7 @@ use std::sync::Arc;
 use glam::{DAffine2, DAffine3, DVec3};
 
 use crate::film::Tile;
+use crate::film::exposure::Shutter;
 use crate::film::filter::PixelFilter;
 
 /// A whole scene. Indices (`mesh`, `material`, `texture`, `image`) point into the vectors here.
@@ -106,6 +107,8 @@ pub struct Film {
     /// The part of the image that is rendered; the whole when None.
     pub crop: Option<Tile>,
     pub filter: PixelFilter,
+    /// What exposes 8-bit pictures; at a radiance of 1 they are white without.
+    pub shutter: Option<Shutter>,
     /// Samples a pixel to take when no stop is given.
     pub spp: Option<u32>,
     /// Path edges: 1 = emission seen directly, 2 = one bounce.
@@ -114,7 +117,7 @@ pub struct Film {
 
 impl Film {
     pub const fn sized(width: u32, height: u32) -> Self {
-        Self { width, height, crop: None, filter: PixelFilter::BOX, spp: None, max_depth: None }
+        Self { width, height, crop: None, filter: PixelFilter::BOX, shutter: None, spp: None, max_depth: None }
     }
 
     /// Renders only columns x0..x1 and rows y0..y1; the error says why the image has no such window.

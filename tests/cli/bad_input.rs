@@ -36,7 +36,7 @@ fn unknown_key_names_the_nearest() {
 #[test]
 fn flags() {
     let cornell = scene("cornell.toml").display().to_string();
-    let cases: [(&[&str], &[&str]); 20] = [
+    let cases: [(&[&str], &[&str]); 23] = [
         (&["--size", "65536x65536"], &["65536x65536", "MiB", "--size"]),
         (&["--size", "0x10"], &["0x10", "1 to 65536"]),
         (&["--size", "640"], &["640", "WIDTHxHEIGHT"]),
@@ -56,6 +56,9 @@ fn flags() {
         (&["--filter-radius", "0"], &["--filter-radius", "at most 32"]),
         (&["--filter-radius", "1e9"], &["--filter-radius", "at most 32"]),
         (&["--filter-radius", "nan"], &["--filter-radius", "at most 32"]),
+        (&["--tonemap", "filmic"], &["filmic", "neutral"]),
+        (&["--aov", "albdo", "-o", "a.exr"], &["albdo", "did you mean albedo"]),
+        (&["--aov", "uv", "-o", "a.png"], &["--aov", ".exr"]),
         (&["-o", "a.tif"], &["a.tif", "use .exr, .png or .hdr"]),
     ];
     for (flags, words) in cases {

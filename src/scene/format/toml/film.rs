@@ -2,6 +2,7 @@
 
 use super::table::{Table, nearest};
 use super::{Builder, choice, keys};
+use crate::film::exposure::Shutter;
 use crate::film::filter::{FilterKind, PixelFilter};
 use crate::scene::{Error, Film, TextureFilter};
 
@@ -28,8 +29,29 @@ impl<'a> Builder<'a> {
             }
             film.set_crop(edges.map(|e| e as u32)).map_err(|reason| table.error("crop", reason))?;
         }
-        filter(&table, film)
+        filter(&table, film)?;
+        shutter(&table, film)
     }
+}
+
+fn shutter(table: &Table<'_>, film: &mut Film) -> Result<(), Error> {
+    let keys = ["shutter_s", "iso", "f_number"];
+    let mut values = [None; 3];
+    for (value, key) in values.iter_mut().zip(keys) {
+        *value = table.number(key)?;
+        if value.is_some_and(|v| !(1e-12..=1e12).contains(&v)) {
+            return Err(table.error(key, "must lie from 1e-12 to 1e12"));
+        }
+    }
+    match values {
+        [None, None, None] => {}
+        [Some(time_s), Some(iso), Some(f_number)] => film.shutter = Some(Shutter { time_s, iso, f_number }),
+        _ => {
+            let missing = (0..3).find(|&k| values[k].is_none()).map_or("iso", |k| keys[k]);
+            return Err(table.missing(missing));
+        }
+    }
+    Ok(())
 }
 
 fn filter(table: &Table<'_>, film: &mut Film) -> Result<(), Error> {

@@ -51,6 +51,8 @@ fn a_wrong_file_is_one_sentence_with_its_place() {
             "[film]\ncrop = [0, 0, 700, 10]\n",
             "test.toml:2:8: `crop` in [film] 0,0,700,10 reaches out of the image of 640x480",
         ),
+        ("[film]\niso = 100\nshutter_s = 0.1\n", "[film] has no `f_number`; add it"),
+        ("[film]\niso = 0\nshutter_s = 0.1\nf_number = 1\n", "`iso` in [film] must lie from"),
         ("[film]\ncrop = [3, 3, 3, 4]\n", "holds no pixel"),
         ("[film]\ncrop = [0.5, 0, 3, 4]\n", "four whole numbers"),
         ("[film]\nfilter = \"gauss\"\n", "is \"gauss\", which is no filter; did you mean `gaussian`?"),
