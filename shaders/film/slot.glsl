@@ -6,6 +6,7 @@ void slot_write(uint slot, Spectrum sum, Tally t) {
     ledger = ledger_count(ledger, LEDGER_NEGATIVE, t.negative);
     ledger = ledger_count(ledger, LEDGER_DISAGREE, t.disagree);
     ledger = ledger_count(ledger, LEDGER_DEPTH, t.depth);
+    ledger = ledger_count(ledger, LEDGER_CUT, t.cut);
 #if HAS_ALPHA
     ledger = ledger_count(ledger, LEDGER_ALPHA_OVERFLOW, t.alpha_overflow);
 #endif

@@ -34,6 +34,7 @@ struct Tally {
     uint negative;
     uint disagree;
     uint depth;
+    uint cut;  // samples that are missing
 #if HAS_ALPHA
     uint alpha_overflow;
 #endif

@@ -8,6 +8,7 @@ Tally tally_new() {
     t.negative = 0u;
     t.disagree = 0u;
     t.depth = 0u;
+    t.cut = 0u;
 #if HAS_ALPHA
     t.alpha_overflow = 0u;
 #endif

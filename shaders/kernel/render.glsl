@@ -1,4 +1,4 @@
-// One invocation fills one slot: the samples of one block at one pixel. Paths are regenerated in place: a lane whose path has ended
+// One invocation fills one slot: push.block_samples samples at one pixel, those of one block. Paths are regenerated in place: a lane whose path has ended
 // begins its next sample in the same iteration, so that lanes of a subgroup stay busy.
 
 // `rays` is how many it took to begin: a meter is served by light sampling at once.
@@ -37,6 +37,17 @@ PathState path_begin(uint pixel, uint sample_index, inout Tally tally, out uint 
     return s;
 }
 
+// False once the driver has ended this invocation's loops. lavapipe lets all loops of an invocation together run 65535 times
+// (Mesa, LP_MAX_TGSI_LOOP_ITERATIONS); from then on, and without a word, each runs once. The number of passes comes from the
+// dispatch, so that no compiler knows the answer.
+bool loops_run() {
+    uint passes = 0u;
+    while (passes < min(push.block_samples, 1u) + 1u) {
+        passes += 1u;
+    }
+    return passes > 1u;
+}
+
 void main() {
     uint slot = gl_GlobalInvocationID.x;
     if (slot >= push.tile_pixels * push.block_count) {
@@ -46,8 +57,8 @@ void main() {
     uint x = push.tile_x + in_tile % push.tile_width;
     uint y = push.tile_y + in_tile / push.tile_width;
     uint pixel = y * WIDTH + x;
-    uint first_sample = (push.first_block + slot / push.tile_pixels) * BLOCK_SAMPLES;
-    uint last_sample = first_sample + (BLOCK_SAMPLES - 1u);
+    uint first_sample = (push.first_block + slot / push.tile_pixels) * push.block_samples;
+    uint last_sample = first_sample + (push.block_samples - 1u);
     uint sample_index = first_sample;
     Tally tally = tally_new();
     Spectrum sum = Spectrum(0.0);
@@ -57,13 +68,20 @@ void main() {
     bool is_running = true;
     while (is_running) {
         bool goes_on = integrator_step(state, tally);
-        if (!goes_on) {
+        // A step in which loops were ended is none: its sample does not count, and the host takes it again.
+        bool is_whole = loops_run();
+        if (!goes_on && is_whole) {
             sum += tally_sample(tally, state, slot, sample_index);
             is_running = sample_index != last_sample;
             sample_index += 1u;
-            state = path_begin(pixel, sample_index, tally, rays);
-            tally.rays += is_running ? rays : 0u;
+            if (is_running) {
+                state = path_begin(pixel, sample_index, tally, rays);
+                tally.rays += rays;
+            }
         }
+        is_running = is_running && is_whole;
     }
+    tally.cut = last_sample + 1u - sample_index;
+    tally.first_bad = tally.cut != 0u && tally.first_bad == NONE ? sample_index : tally.first_bad;
     slot_write(slot, sum, tally);
 }

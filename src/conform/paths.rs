@@ -37,6 +37,7 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     let aov_scenes = [scenes::alpha_sheets(32), scenes::textured(32), scenes::materials(32)];
     let cameras = camera::scenes(scale.size / 2);
     let losses = ledger::losses();
+    let deep = known::deep_furnace();
     let mut list: Vec<(Gate, String, Run)> = Vec::new();
     for scene in scenes.iter().chain(&models).chain(&cameras) {
         let row = move |s: &Subject| replay::row(s, scene, &Settings::default());
@@ -50,6 +51,8 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
         let row = move |s: &Subject| images::closed_form(s, known, Estimator::Mis, scale.closed_form_spp);
         list.push((Gate::Images, format!("closed form {}", known.name), Box::new(row)));
     }
+    let row = |s: &Subject| images::closed_form(s, &deep, Estimator::Mis, scale.spp);
+    list.push((Gate::Images, format!("closed form {}", deep.name), Box::new(row)));
     let law = move |s: &Subject| cosine::row(s, scale.closed_form_spp);
     list.push((Gate::Images, cosine::NAME.to_owned(), Box::new(law)));
     for scene in &aov_scenes {

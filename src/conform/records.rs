@@ -150,7 +150,7 @@ fn push_constants(device: &Device) -> Result<Outcome, Error> {
     macro_rules! members {
         ($($name:ident),*) => { [$((stringify!($name), offset_of!(Push, $name), size_of::<u32>())),*] };
     }
-    let wanted = members![tile_x, tile_y, tile_width, tile_pixels, first_block, block_count, seed];
+    let wanted = members![tile_x, tile_y, tile_width, tile_pixels, first_block, block_count, block_samples, seed];
     // The slots are rows of 16 bytes from offset 0 of the block.
     let slots = declared.structs.get("slots_block").map(|m| (m[0].offset, slot_rows(&features)));
     let is_equal = found == wanted

@@ -30,10 +30,6 @@ pub struct Subject<'a> {
     pub everything: bool,
 }
 
-/// One sample a slot instead of a block, so that single paths can be compared.
-const ONE_SAMPLE: Edit =
-    Edit { file: "<head>", from: "const uint BLOCK_SAMPLES = 16u;", to: "const uint BLOCK_SAMPLES = 1u;" };
-
 impl<'a> Subject<'a> {
     pub fn new(device: &'a Device) -> Self {
         Self { device, fault: None, everything: false }
@@ -43,7 +39,8 @@ impl<'a> Subject<'a> {
         Self { fault: Some(fault), ..Self::new(device) }
     }
 
-    fn renderer(&self, prepared: &Prepared, settings: &Settings, mut edits: Vec<Edit>) -> Result<Renderer, Error> {
+    fn renderer(&self, prepared: &Prepared, settings: &Settings) -> Result<Renderer, Error> {
+        let mut edits = Vec::new();
         let mut faulty = None;
         match self.fault {
             Some(Fault::Text(edit)) => edits.push(edit),
@@ -59,7 +56,7 @@ impl<'a> Subject<'a> {
     /// Renders `block_count` blocks.
     pub fn film(&self, scene: &Scene, settings: &Settings, block_count: u64) -> Result<Film, Error> {
         let prepared = prepared(scene, settings)?;
-        let mut renderer = self.renderer(&prepared, settings, Vec::new())?;
+        let mut renderer = self.renderer(&prepared, settings)?;
         let (width, height) = renderer.resolution();
         let mut film = Film::new(width, height, renderer.aovs(), 0);
         renderer.render_blocks(0..block_count, &mut film, &|| false)?;
@@ -68,7 +65,7 @@ impl<'a> Subject<'a> {
 
     /// The same, a film for each block.
     pub fn films(&self, scene: &Scene, settings: &Settings, block_count: u64) -> Result<Vec<Film>, Error> {
-        let mut renderer = self.renderer(&prepared(scene, settings)?, settings, Vec::new())?;
+        let mut renderer = self.renderer(&prepared(scene, settings)?, settings)?;
         let (width, height) = renderer.resolution();
         let block = |k: u64| {
             let mut film = Film::new(width, height, renderer.aovs(), k);
@@ -85,12 +82,12 @@ impl<'a> Subject<'a> {
         count: u64,
     ) -> Result<(Vec<SlotRecord>, Arc<Prepared>), Error> {
         let prepared = Arc::new(prepared(scene, settings)?);
-        let mut renderer = self.renderer(&prepared, settings, vec![ONE_SAMPLE])?;
+        let mut renderer = self.renderer(&prepared, settings)?;
         let (width, height) = renderer.resolution();
         let tile = Tile { x: 0, y: 0, width, height };
         let mut slots = Vec::new();
         for sample in 0..count {
-            let (rows, _) = renderer.render_tile(tile, sample..sample + 1)?;
+            let (rows, _) = renderer.render_singles(tile, sample..sample + 1)?;
             slots.extend(rows.chunks_exact(2).map(|r| bytemuck::cast::<[[u32; 4]; 2], SlotRecord>([r[0], r[1]])));
         }
         Ok((slots, prepared))

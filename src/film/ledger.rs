@@ -29,6 +29,12 @@ pub struct Ledger {
     pub disagree: u64,
     /// Rays that met more transparent hits than the loop allows.
     pub alpha_overflow: u64,
+    /// Entries into a fifth medium, which is not remembered.
+    #[serde(default)]
+    pub media_overflow: u64,
+    /// Samples that a driver's limit on loops ended, which bring nothing.
+    #[serde(default)]
+    pub cut: u64,
     /// Sum of the throughput's luminance where paths were cut.
     pub lost_energy: f64,
     /// The first bad samples in the order they came.
@@ -49,6 +55,8 @@ impl Ledger {
             &mut self.disagree,
             &mut self.depth,
             &mut self.alpha_overflow,
+            &mut self.media_overflow,
+            &mut self.cut,
         ];
         for (counter, total) in slot::COUNTERS.into_iter().zip(totals) {
             let count = counter.read(slot);
@@ -76,6 +84,8 @@ impl Ledger {
         self.depth += other.depth;
         self.disagree += other.disagree;
         self.alpha_overflow += other.alpha_overflow;
+        self.media_overflow += other.media_overflow;
+        self.cut += other.cut;
         self.lost_energy += other.lost_energy;
         self.is_saturated |= other.is_saturated;
         other.bad_samples.iter().for_each(|&key| self.keep(key));
@@ -101,6 +111,8 @@ impl Ledger {
             ("cut by depth", self.depth),
             ("sides disagree", self.disagree),
             ("alpha overflow", self.alpha_overflow),
+            ("media overflow", self.media_overflow),
+            ("cut by the driver", self.cut),
         ];
         let happened: Vec<String> =
             causes.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{name} {n}")).collect();

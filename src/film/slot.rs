@@ -5,6 +5,7 @@
 
 use super::aov::{Aovs, Layout};
 use crate::gpu_record;
+use crate::prepare::records::NONE;
 use crate::shader::record::GpuRecord;
 
 /// Samples in a block: aligned, block k holds samples 16 k .. 16 k + 15.
@@ -19,7 +20,7 @@ gpu_record! {
         rays: u32,
         /// LEDGER_NAN, LEDGER_INF, LEDGER_NEGATIVE, LEDGER_DISAGREE: 8 bits each, saturating.
         ledger_a: u32,
-        /// LEDGER_DEPTH, LEDGER_ALPHA_OVERFLOW: 16 bits each, saturating.
+        /// LEDGER_DEPTH, LEDGER_ALPHA_OVERFLOW, LEDGER_MEDIA_OVERFLOW, LEDGER_CUT: 8 bits each, saturating.
         ledger_b: u32,
         /// Sum of the throughput's luminance where `max_depth` cut a path.
         lost_energy: f32,
@@ -65,11 +66,43 @@ pub const LEDGER_NAN: Counter = Counter { name: "LEDGER_NAN", word: 0, shift: 0,
 pub const LEDGER_INF: Counter = Counter { name: "LEDGER_INF", word: 0, shift: 8, bits: 8 };
 pub const LEDGER_NEGATIVE: Counter = Counter { name: "LEDGER_NEGATIVE", word: 0, shift: 16, bits: 8 };
 pub const LEDGER_DISAGREE: Counter = Counter { name: "LEDGER_DISAGREE", word: 0, shift: 24, bits: 8 };
-pub const LEDGER_DEPTH: Counter = Counter { name: "LEDGER_DEPTH", word: 1, shift: 0, bits: 16 };
-pub const LEDGER_ALPHA_OVERFLOW: Counter = Counter { name: "LEDGER_ALPHA_OVERFLOW", word: 1, shift: 16, bits: 16 };
+pub const LEDGER_DEPTH: Counter = Counter { name: "LEDGER_DEPTH", word: 1, shift: 0, bits: 8 };
+pub const LEDGER_ALPHA_OVERFLOW: Counter = Counter { name: "LEDGER_ALPHA_OVERFLOW", word: 1, shift: 8, bits: 8 };
+pub const LEDGER_MEDIA_OVERFLOW: Counter = Counter { name: "LEDGER_MEDIA_OVERFLOW", word: 1, shift: 16, bits: 8 };
+/// Samples that the slot lacks, because the driver ended the kernel's loops before them (shaders/kernel/render.glsl).
+pub const LEDGER_CUT: Counter = Counter { name: "LEDGER_CUT", word: 1, shift: 24, bits: 8 };
 
-pub const COUNTERS: [Counter; 6] =
-    [LEDGER_NAN, LEDGER_INF, LEDGER_NEGATIVE, LEDGER_DISAGREE, LEDGER_DEPTH, LEDGER_ALPHA_OVERFLOW];
+pub const COUNTERS: [Counter; 8] = [
+    LEDGER_NAN,
+    LEDGER_INF,
+    LEDGER_NEGATIVE,
+    LEDGER_DISAGREE,
+    LEDGER_DEPTH,
+    LEDGER_ALPHA_OVERFLOW,
+    LEDGER_MEDIA_OVERFLOW,
+    LEDGER_CUT,
+];
+
+/// Rows of one slot from those of its samples, one slot each and in order: what one invocation would have written, to the bit,
+/// because it adds in the same order.
+pub fn joined(rows: &[[u32; 4]], aovs: Aovs) -> Vec<[u32; 4]> {
+    let layout = Layout::of(aovs);
+    let mut whole = SlotRecord { first_bad: NONE, ..SlotRecord::default() };
+    let mut more = vec![[0u32; 4]; layout.rows];
+    for (sample, part) in rows.chunks_exact(SLOT_ROWS + layout.rows).enumerate() {
+        let slot: SlotRecord = bytemuck::cast([part[0], part[1]]);
+        for c in 0..3 {
+            whole.sum[c] += slot.sum[c];
+        }
+        whole.rays += slot.rays;
+        COUNTERS.iter().for_each(|counter| counter.add(&mut whole, counter.read(&slot)));
+        whole.lost_energy += slot.lost_energy;
+        whole.first_bad = whole.first_bad.min(slot.first_bad);
+        layout.join(&mut more, &part[SLOT_ROWS..], sample);
+    }
+    let whole: [[u32; 4]; SLOT_ROWS] = bytemuck::cast(whole);
+    whole.into_iter().chain(more).collect()
+}
 
 /// Constants, structs, encoders and the saturating count for GLSL: `uvec2 ledger_count(uvec2 ledger, uvec3 counter, uint count)`
 /// with counter = (word, shift, max), and `uvec4 SlotRecord_row0(SlotRecord s)` and so on for each row.
@@ -107,7 +140,6 @@ fn encoder<R: GpuRecord>() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prepare::records::NONE;
 
     #[test]
     fn counters_do_not_overlap_and_saturate() {
@@ -125,7 +157,7 @@ mod tests {
         LEDGER_DISAGREE.add(&mut slot, 300);
         LEDGER_NAN.add(&mut slot, 3);
         LEDGER_DEPTH.add(&mut slot, 70_000);
-        assert_eq!(COUNTERS.map(|c| c.read(&slot)), [3, 0, 0, 255, 65_535, 0]);
+        assert_eq!(COUNTERS.map(|c| c.read(&slot)), [3, 0, 0, 255, 255, 0, 0, 0]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use crate::error::Error;
 use crate::film::aov::{Aovs, Layout};
-use crate::film::slot::{BLOCK_SAMPLES, SLOT_ROWS};
+use crate::film::slot::{self, BLOCK_SAMPLES, SLOT_ROWS};
 use crate::film::source::{DeviceInfo, PassStats, SampleSource};
 use crate::film::{Film, Tile};
 use crate::gpu::{Buffer, Device, Pipeline, Table};
@@ -25,6 +25,8 @@ use crate::shader::compile::{Edit, compile};
 const DISPATCH_S: f64 = 0.25;
 /// Slots of the first dispatch, before any rate is known.
 const FIRST_SLOTS: usize = 8 * 1024;
+/// One slot in so many may be taken again sample by sample; with more, all are.
+const CUT_SHARE: usize = 64;
 /// Bytes of the slots' buffer.
 const SLOT_BYTES: usize = 32 << 20;
 
@@ -55,6 +57,8 @@ pub struct Renderer {
     seed: u32,
     /// Slots a second, measured; 0 before the first dispatch.
     rate: f64,
+    /// The driver ends loops so often that every sample gets an invocation of its own.
+    takes_singles: bool,
     pub stats: KernelStats,
     notes: Vec<String>,
 }
@@ -158,13 +162,73 @@ impl Renderer {
             slot_rows,
             seed: settings.seed,
             rate: 0.0,
+            takes_singles: false,
             stats,
             notes: Vec::new(),
         })
     }
 
-    /// Renders one tile and block range, and returns its slots' rows.
+    /// Renders one tile and block range, and returns its slots' rows. What the driver left out by ending loops is taken again,
+    /// sample by sample; the result is the same to the bit.
     pub fn render_tile(&mut self, tile: Tile, blocks: Range<u64>) -> Result<(Vec<[u32; 4]>, f64), Error> {
+        if self.takes_singles {
+            return self.render_joined(tile, blocks);
+        }
+        let (mut rows, mut time) = self.render_slots(tile, blocks.clone(), BLOCK_SAMPLES)?;
+        self.name_objects(&mut rows);
+        let is_cut = |slot: &[[u32; 4]]| slot::LEDGER_CUT.read(&bytemuck::cast([slot[0], slot[1]])) > 0;
+        let cut: Vec<usize> =
+            (rows.chunks_exact(self.slot_rows).enumerate().filter(|s| is_cut(s.1))).map(|(index, _)| index).collect();
+        if cut.len() * CUT_SHARE > rows.len() / self.slot_rows {
+            self.takes_singles = true;
+            let note = "the driver ends loops after 65535 passes, and paths here need more: each sample has its own invocation";
+            self.notes.push(note.to_owned());
+            return self.render_joined(tile, blocks);
+        }
+        let pixels = tile.pixel_count();
+        for index in cut {
+            let (x, y) = ((index % pixels) as u32 % tile.width, (index % pixels) as u32 / tile.width);
+            let pixel = Tile { x: tile.x + x, y: tile.y + y, width: 1, height: 1 };
+            let block = blocks.start + (index / pixels) as u64;
+            let (slot, seconds) = self.render_joined(pixel, block..block + 1)?;
+            rows[index * self.slot_rows..][..self.slot_rows].copy_from_slice(&slot);
+            time += seconds;
+        }
+        Ok((rows, time))
+    }
+
+    /// The same rows as `render_tile`, from slots of single samples.
+    fn render_joined(&mut self, tile: Tile, blocks: Range<u64>) -> Result<(Vec<[u32; 4]>, f64), Error> {
+        let samples = BLOCK_SAMPLES as usize;
+        let (mut rows, mut time) = (Vec::new(), 0.0);
+        for block in blocks {
+            let first = block * BLOCK_SAMPLES as u64;
+            for part in bands(tile, self.capacity() / samples) {
+                let (singles, seconds) = self.render_singles(part, first..first + samples as u64)?;
+                let (pixels, width) = (part.pixel_count(), self.slot_rows);
+                for pixel in 0..pixels {
+                    let of_pixel = |k: usize| singles[(k * pixels + pixel) * width..][..width].iter().copied();
+                    rows.extend(slot::joined(&(0..samples).flat_map(of_pixel).collect::<Vec<_>>(), self.aovs));
+                }
+                time += seconds;
+            }
+        }
+        self.name_objects(&mut rows);
+        Ok((rows, time))
+    }
+
+    /// One slot for each sample: sample by sample, and in each pixel by pixel.
+    pub fn render_singles(&mut self, tile: Tile, samples: Range<u64>) -> Result<(Vec<[u32; 4]>, f64), Error> {
+        self.render_slots(tile, samples, 1)
+    }
+
+    /// One dispatch. `blocks` are of `block_samples` samples each.
+    fn render_slots(
+        &mut self,
+        tile: Tile,
+        blocks: Range<u64>,
+        block_samples: u32,
+    ) -> Result<(Vec<[u32; 4]>, f64), Error> {
         let block_count = (blocks.end - blocks.start) as u32;
         let slot_count = tile.pixel_count() * block_count as usize;
         let push = Push {
@@ -174,6 +238,7 @@ impl Renderer {
             tile_pixels: tile.pixel_count() as u32,
             first_block: blocks.start as u32,
             block_count,
+            block_samples,
             seed: self.seed,
         };
         let mut bindings: Vec<_> = self.tables.iter().map(Table::binding).collect();
@@ -182,37 +247,56 @@ impl Renderer {
         let time = self.device.dispatch(&self.pipeline, &bindings, bytemuck::bytes_of(&push), groups)?.as_secs_f64();
         if self.stats.first_dispatch_s == 0.0 {
             self.stats.first_dispatch_s = time;
-        } else {
-            self.rate = slot_count as f64 / time.max(1e-6);
+        } else if block_samples == BLOCK_SAMPLES || self.takes_singles {
+            self.rate = slot_count as f64 * f64::from(block_samples) / f64::from(BLOCK_SAMPLES) / time.max(1e-6);
         }
-        let mut rows = self.slots.read::<[u32; 4]>(0..slot_count * self.slot_rows)?;
-        if let Some((entry, objects)) = &self.objects {
-            name_objects(&mut rows, self.slot_rows, *entry, objects);
-        }
+        let rows = self.slots.read::<[u32; 4]>(0..slot_count * self.slot_rows)?;
         Ok((rows, time))
     }
 
     /// Slots that the next dispatch should hold.
     fn slot_budget(&self) -> usize {
-        let capacity = (self.slots.bytes() as usize) / (self.slot_rows * 16);
         let wanted = if self.rate > 0.0 { (self.rate * DISPATCH_S) as usize } else { FIRST_SLOTS };
-        wanted.clamp(WORKGROUP as usize, capacity)
+        wanted.clamp(WORKGROUP as usize, self.capacity())
     }
+
+    /// The device writes primitives; the film counts objects.
+    fn name_objects(&self, rows: &mut [[u32; 4]]) {
+        let Some((first, objects)) = &self.objects else { return };
+        for slot in rows.chunks_exact_mut(self.slot_rows) {
+            for word in slot[*first..first + BLOCK_SAMPLES as usize / 4].iter_mut().flatten().filter(|w| **w != NONE) {
+                *word = prepare::object_of(objects, *word);
+            }
+        }
+    }
+
+    /// Slots that the buffer holds.
+    fn capacity(&self) -> usize {
+        self.slots.bytes() as usize / (self.slot_rows * 16)
+    }
+}
+
+/// Parts of a tile of at most `limit` pixels, whose pixels in order are those of the tile.
+fn bands(tile: Tile, limit: usize) -> Vec<Tile> {
+    let width = (limit as u32).clamp(1, tile.width);
+    // A part is as wide as the tile or one row high.
+    let height = if width < tile.width { 1 } else { (limit as u32 / tile.width).clamp(1, tile.height) };
+    let rows = (0..tile.height).step_by(height as usize);
+    let parts = rows.flat_map(|y| (0..tile.width).step_by(width as usize).map(move |x| (x, y)));
+    parts
+        .map(|(x, y)| Tile {
+            x: tile.x + x,
+            y: tile.y + y,
+            width: width.min(tile.width - x),
+            height: height.min(tile.height - y),
+        })
+        .collect()
 }
 
 /// First row of a slot's object ids.
 fn object_rows(aovs: Aovs) -> Option<usize> {
     let (index, _) = aovs.iter().find(|(_, a)| a.name == "object")?;
     Layout::of(aovs).entry(index).map(|e| SLOT_ROWS + e.row)
-}
-
-/// The device writes primitives; the film counts objects.
-fn name_objects(rows: &mut [[u32; 4]], slot_rows: usize, first: usize, objects: &[(u32, u32)]) {
-    for slot in rows.chunks_exact_mut(slot_rows) {
-        for word in slot[first..first + BLOCK_SAMPLES as usize / 4].iter_mut().flatten().filter(|w| **w != NONE) {
-            *word = prepare::object_of(objects, *word);
-        }
-    }
 }
 
 impl SampleSource for Renderer {
@@ -272,5 +356,40 @@ impl SampleSource for Renderer {
             upload_s: self.stats.upload_s,
             notes: self.notes.clone(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{Choice, Options};
+    use crate::prepare::prepare;
+    use crate::reference::scenes;
+
+    #[test]
+    fn bands_hold_the_tile_in_order() {
+        let tile = Tile { x: 3, y: 5, width: 7, height: 4 };
+        for limit in [1, 3, 7, 8, 15, 100] {
+            let mut pixels = Vec::new();
+            for part in bands(tile, limit) {
+                assert!(part.pixel_count() <= limit);
+                pixels.extend((0..part.height).flat_map(|y| (0..part.width).map(move |x| (part.x + x, part.y + y))));
+            }
+            let all: Vec<_> = (5..9).flat_map(|y| (3..10).map(move |x| (x, y))).collect();
+            assert_eq!(pixels, all, "{limit}");
+        }
+    }
+
+    #[test]
+    fn slots_of_single_samples_join_to_the_same_bits() {
+        let device = Device::open(&Choice::Auto, &Options::default()).unwrap();
+        let settings =
+            Settings { aovs: Aovs::parse("albedo,normal,depth,direct,object").unwrap(), ..Settings::default() };
+        let prepared = prepare(&scenes::alpha_sheets(8), &settings).unwrap();
+        let mut renderer = Renderer::new(&device, &prepared, &settings, &KernelOptions::default()).unwrap();
+        let tile = Tile { x: 1, y: 2, width: 5, height: 6 };
+        let whole = renderer.render_tile(tile, 1..3).unwrap().0;
+        assert!(!renderer.takes_singles);
+        assert_eq!(whole, renderer.render_joined(tile, 1..3).unwrap().0);
     }
 }

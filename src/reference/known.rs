@@ -106,6 +106,16 @@ pub fn furnace_sphere() -> Known {
     }
 }
 
+/// The same with an albedo so high that paths have two hundred edges: more loops than some drivers let an invocation make.
+pub fn deep_furnace() -> Known {
+    let albedo = DVec3::splat(0.995);
+    let mut known = furnace_sphere();
+    known.scene.name = "deep-furnace".to_owned();
+    known.scene.materials[0].inputs[0] = Value::rgb(albedo.x, albedo.y, albedo.z);
+    known.scene.materials[0].emission = Some(Value::rgb(1.0, 1.0, 1.0));
+    Known { name: "deep furnace", radiance: DVec3::ONE / (DVec3::ONE - albedo), ..known }
+}
+
 /// Lambert plane under a uniform sky: E = pi L, so the radiance is rho L.
 pub fn uniform_sky() -> Known {
     let (albedo, sky) = (DVec3::new(0.7, 0.5, 0.3), DVec3::new(1.0, 1.5, 2.0));

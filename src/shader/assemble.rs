@@ -50,6 +50,8 @@ pub struct Push {
     pub tile_pixels: u32,
     pub first_block: u32,
     pub block_count: u32,
+    /// Samples an invocation takes, and of which a block here consists: 16, or 1 where a driver ends long loops.
+    pub block_samples: u32,
     /// Here and not a constant: a replicate with another seed finds the driver's compilation done.
     pub seed: u32,
 }
@@ -62,6 +64,7 @@ layout(push_constant) uniform Push {
     uint tile_pixels;
     uint first_block;
     uint block_count;
+    uint block_samples;
     uint seed;
 } push;
 ";

@@ -86,6 +86,21 @@ impl Layout {
         }
     }
 
+    /// Adds the rows of a slot of one sample, number `sample` of its block, to those of the block's slot.
+    pub fn join(&self, whole: &mut [[u32; 4]], part: &[[u32; 4]], sample: usize) {
+        for e in &self.entries {
+            if e.width == 0 {
+                let at = e.row + sample / 4;
+                whole[at][sample % 4] = part[at][sample % 4];
+                continue;
+            }
+            for c in 0..4 {
+                let sum = f32::from_bits(whole[e.row][c]) + f32::from_bits(part[e.row][c]);
+                whole[e.row][c] = sum.to_bits();
+            }
+        }
+    }
+
     /// The mean of an entry over a pixel's samples.
     pub fn mean(&self, e: &Entry, sums: &[f64], samples: f64) -> [f64; 3] {
         let hits = sums.last().copied().unwrap_or(0.0);
