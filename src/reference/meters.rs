@@ -6,7 +6,11 @@ use std::f64::consts::PI;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::known::{Known, floor_at, lambert, lamp, material, place, sphere_at};
+use crate::light::Lamp;
+use crate::light::directional::Directional;
 use crate::light::integrals::polygon_irradiance;
+use crate::light::point::Point;
+use crate::light::sun::Sun;
 use crate::scene::*;
 
 /// `scene` as `place` of it sees it, in 8 x 8 pixels.
@@ -162,6 +166,66 @@ pub fn far_wall() -> Known {
     known("ray to a far wall", "radiance of a wall a kilometre away", scene, ray, emission)
 }
 
+fn lit_by(lamp: Lamp) -> Scene {
+    Scene { lights: vec![Light { name: "lamp".to_owned(), lamp }], ..Scene::default() }
+}
+
+/// The lecture's lamp of 800 lm: 63.66 cd, and 15.92 lx at 2 m; in watts over 683.
+pub fn lumen_lamp() -> Known {
+    let intensity = DVec3::splat(800.0 / 683.0 / (4.0 * PI));
+    let mut scene = lit_by(Lamp::Point(Point { position: DVec3::new(0.0, 1.2, 1.6), intensity }));
+    // Something to see, behind the meter.
+    place(&mut scene, "ball", Shape::Sphere, sphere_at(DVec3::new(0.0, -3.0, -4.0), 1.0), lambert(DVec3::splat(0.5)));
+    let answer = DVec3::splat(15.915_494_309_189_5 / 683.0);
+    let about = "800 lm from a point: 15.92 lx at 2 m";
+    known("meter at a lumen lamp", about, scene, point(DVec3::ZERO, DVec3::new(0.0, 0.6, 0.8)), answer)
+}
+
+/// A beam on a tilted plate: A = A' cos(theta), so the mean irradiance is that of the beam times the cosine.
+pub fn tilted_plate() -> Known {
+    let (irradiance, theta) = (DVec3::new(3.0, 2.0, 1.0), 70f64.to_radians());
+    let to_light = DVec3::new(theta.sin(), theta.cos(), 0.0);
+    let mut scene = lit_by(Lamp::Directional(Directional { to_light, irradiance }));
+    place(&mut scene, "plate", Shape::Rectangle, floor_at(DVec3::new(5.0, 1.0, 2.0), 1.5), lambert(DVec3::splat(0.5)));
+    let about = "flux of a beam on a plate tilted by 70 degrees: E A cos(theta)";
+    known("flux of a beam", about, scene, surface(&[0], false, false), irradiance * theta.cos())
+}
+
+/// A disc of 40 degrees, infinitely far away and wholly above the horizon.
+pub fn wide_sun() -> Known {
+    let (irradiance, theta) = (DVec3::new(3.0, 2.0, 1.0), 60f64.to_radians());
+    let to_light = DVec3::new(theta.sin(), theta.cos(), 0.0);
+    let mut scene = lit_by(Lamp::Sun(Sun { to_light, irradiance, half_angle_rad: 20f64.to_radians() }));
+    place(&mut scene, "ball", Shape::Sphere, sphere_at(DVec3::NEG_Y * 3.0, 1.0), lambert(DVec3::splat(0.5)));
+    let about = "irradiance of a wide sun: E cos(theta)";
+    known("meter under a wide sun", about, scene, point(DVec3::ZERO, DVec3::Y), irradiance * theta.cos())
+}
+
+/// Under an endless lamp in an absorbing medium: E = 2 pi L E3(a h), by Simpson's rule for E3(x) = integral of m e^(-x/m) over m in [0, 1].
+pub fn meter_in_medium() -> Known {
+    let (emission, absorption, height) = (DVec3::new(3.0, 2.0, 1.0), DVec3::new(0.5, 1.0, 2.0), 0.8);
+    let mut scene = Scene::default();
+    let mut glass = material("dielectric", &[("eta", Value::scalar(1.3))]);
+    glass.interior = Some(Medium { absorption });
+    place(&mut scene, "ball", Shape::Sphere, sphere_at(DVec3::ZERO, 500.0), glass);
+    // What is not above the lamp's edges, 100 m away, is below e^-50.
+    let turn = glam::DQuat::from_rotation_x(0.5 * PI);
+    let above = DAffine3::from_scale_rotation_translation(DVec3::splat(100.0), turn, DVec3::Y * height);
+    place(&mut scene, "lamp", Shape::Rectangle, above, lamp(emission));
+    let steps = 20_000;
+    let third = |x: f64| {
+        let f = |k: i32| {
+            let m = f64::from(k) / f64::from(steps);
+            if k == 0 { 0.0 } else { m * (-x / m).exp() }
+        };
+        let inner: f64 = (1..steps).map(|k| f(k) * if k % 2 == 1 { 4.0 } else { 2.0 }).sum();
+        (f(0) + inner + f(steps)) / (3.0 * f64::from(steps))
+    };
+    let answer = 2.0 * PI * emission * (absorption * height).map(third);
+    let about = "irradiance under an endless lamp in an absorbing medium: 2 pi L E3(a h)";
+    known("meter in a medium", about, scene, point(DVec3::ZERO, DVec3::Y), answer)
+}
+
 /// A ball lens of radius 1 before a sphere lamp; the meter stands where the lamp's image is.
 const BALL_INDEX: f64 = 1.5;
 const LAMP_AT: f64 = 20.0;
@@ -252,6 +316,10 @@ pub fn all() -> Vec<Known> {
         unequal_triangles(),
         leaving_floor(),
         far_wall(),
+        lumen_lamp(),
+        tilted_plate(),
+        wide_sun(),
+        meter_in_medium(),
         ball_lens(),
         through_ball(),
     ]

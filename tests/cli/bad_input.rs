@@ -34,6 +34,46 @@ fn unknown_key_names_the_nearest() {
 }
 
 #[test]
+fn cameras() {
+    let cases: [(&str, &[&str]); 14] = [
+        ("fov_y_deg = 180", &["fov_y_deg", "below 180"]),
+        ("fov_y_deg = 0", &["fov_y_deg", "above 0"]),
+        ("fov_y_deg = nan", &["fov_y_deg", "finite"]),
+        ("fov_y_deg = 179.9999999999", &["field of view", "too near 180"]),
+        ("type = \"fisheye\"", &["type", "panorama"]),
+        ("lens_radius = 0.1", &["lens_radius", "perspective"]),
+        ("type = \"thin_lens\"\nlens_radius = -1", &["lens_radius", "negative"]),
+        ("type = \"thin_lens\"\nfocus_distance = 0", &["focus_distance", "above 0"]),
+        ("type = \"thin_lens\"\nf_number = 2.8", &["focal_length_mm", "f_number"]),
+        ("type = \"thin_lens\"\nf_number = 0\nfocal_length_mm = 50", &["f_number", "above 0"]),
+        ("type = \"thin_lens\"\nf_number = 2\nlens_radius = 1", &["f_number", "lens_radius"]),
+        ("type = \"orthographic\"\nheight = 0", &["height", "above 0"]),
+        ("type = \"orthographic\"\nfov_y_deg = 40", &["fov_y_deg", "orthographic"]),
+        ("target = [0, 0, 5]", &["target", "where the camera stands"]),
+    ];
+    for (keys, words) in cases {
+        let (_dir, path) =
+            written(&format!("[camera]\nposition = [0, 0, 5]\n{keys}\n[[shape]]\ntype = \"sphere\"\n"), "c.toml");
+        refuses(&["render", &path, "--device", "cpu", "--size", "4x4"], words);
+    }
+    let (_dir, path) = written("camera = { type = \"panorama\" }\n", "c.toml");
+    refuses(&["render", &path], &["position"]);
+    // One pixel, and every camera framed or placed, is a picture.
+    for keys in [
+        "",
+        "fov_y_deg = 179.99",
+        "type = \"thin_lens\"\nlens_radius = 0.5",
+        "type = \"orthographic\"",
+        "type = \"panorama\"\nposition = [0, 0, 5]",
+    ] {
+        let (dir, path) = written(&format!("[camera]\n{keys}\n[[shape]]\ntype = \"sphere\"\n"), "c.toml");
+        let png = dir.path().join("c.png").display().to_string();
+        let ran = super::run(&["render", &path, "--device", "cpu", "--size", "1x1", "--spp", "16", "-o", &png]);
+        assert_eq!(ran.code, 0, "{keys}: {}", ran.stderr);
+    }
+}
+
+#[test]
 fn flags() {
     let cornell = scene("cornell.toml").display().to_string();
     let cases: [(&[&str], &[&str]); 23] = [

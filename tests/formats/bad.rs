@@ -33,6 +33,32 @@ fn the_triangle_itself_is_right() {
 }
 
 #[test]
+fn cameras_of_both_types() {
+    use steradian::scene::Projection;
+    let folder = Folder::new();
+    let placed = |camera: &str| {
+        let path = folder.gltf(r#""scene": 0,"#, &format!(r#""scene": 0, "cameras": [{camera}],"#));
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, text.replace(r#"{"name": "root""#, r#"{"name": "root", "camera": 0"#)).unwrap();
+        path
+    };
+    let projection = |camera: &str| scene::load(&placed(camera)).unwrap_or_else(|e| panic!("{e}")).camera.projection;
+    let far = r#""znear": 0.1, "zfar": 9"#;
+    assert_eq!(
+        projection(&format!(r#"{{"type": "orthographic", "orthographic": {{"xmag": 3, "ymag": -2, {far}}}}}"#)),
+        Projection::Orthographic { half_width: 3.0, half_height: 2.0 }
+    );
+    assert_eq!(
+        projection(r#"{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}"#),
+        Projection::Perspective { fov_y_rad: 0.5 }
+    );
+    let flat = format!(r#"{{"type": "orthographic", "orthographic": {{"xmag": 0, "ymag": 1, {far}}}}}"#);
+    refused(&placed(&flat), "camera 0: `xmag` and `ymag` must not be 0");
+    refused(&placed(r#"{"type": "perspective", "perspective": {"yfov": 4}}"#), "camera 0: `yfov` must be above 0");
+    noted(&placed(r#"{"type": "orthographic"}"#), "without its parameters left out");
+}
+
+#[test]
 fn files_that_are_no_scene() {
     let folder = Folder::new();
     let at = |name: &str| folder.0.path().join(name);
