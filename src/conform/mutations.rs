@@ -17,12 +17,13 @@ use crate::film::Film;
 use crate::gpu::Device;
 use crate::integrator::{Estimator, Settings};
 use crate::prepare::Prepared;
-use crate::prepare::records::TEXTURE_SRGB;
+use crate::prepare::records::{TEXTURE_MIPS, TEXTURE_SRGB};
 use crate::reference::known::{self, Known};
 use crate::reference::meters;
 use crate::reference::scenes::{self, lights};
 use crate::scene::Scene;
 use crate::shader::compile::Edit;
+use crate::texture;
 
 /// A check that must fail on the fault.
 #[derive(Clone, Copy)]
@@ -170,6 +171,16 @@ const MUTATIONS: &[Mutation] = &[
         caught_by: &[Image(scenes::textured)],
     },
     Mutation {
+        name: "footprints are four times too large",
+        fault: text("integrator/footprint.glsl", "areas = part *", "areas = 4.0 * part *"),
+        caught_by: &[Replay(scenes::mipmapped)],
+    },
+    Mutation {
+        name: "the first smaller level of every texture is black",
+        fault: Fault::Records(blacken_levels),
+        caught_by: &[Image(scenes::mipmapped)],
+    },
+    Mutation {
         name: "a point lamp's light does not thin out with the square of the distance",
         fault: text("light/inverse_square.glsl", "1.0 / (is_apart ? d2 : 1.0)", "1.0"),
         caught_by: &[ClosedForm(known::lights::point_lamp), ClosedForm(known::lights::lumen_lamp)],
@@ -231,6 +242,14 @@ fn normals_through_the_matrix(p: &mut Prepared) {
     for record in &mut p.normals {
         let n = glam::DVec3::from(record.normal.map(f64::from));
         record.normal = (m * (m.transpose() * n)).normalize_or_zero().as_vec3().to_array();
+    }
+}
+
+fn blacken_levels(p: &mut Prepared) {
+    for t in p.textures.iter().filter(|t| t.flags & TEXTURE_MIPS != 0) {
+        let offsets = p.texels[t.first_row as usize - texture::mip::OFFSET_ROWS];
+        let [first, end] = [offsets[1], offsets[2]].map(|o| (t.first_row + o) as usize);
+        p.texels[first..end].fill([0; 4]);
     }
 }
 

@@ -76,7 +76,10 @@ fn cameras() {
 #[test]
 fn flags() {
     let cornell = scene("cornell.toml").display().to_string();
-    let cases: [(&[&str], &[&str]); 23] = [
+    let cases: [(&[&str], &[&str]); 26] = [
+        (&["--variant", "Red"], &["cornell.toml", "`variant`", "[[model]]"]),
+        (&["--scene", "1"], &["cornell.toml", "`scene`", "[[model]]"]),
+        (&["--texture-filter", "blur"], &["blur", "exact", "mipmap"]),
         (&["--size", "65536x65536"], &["65536x65536", "MiB", "--size"]),
         (&["--size", "0x10"], &["0x10", "1 to 65536"]),
         (&["--size", "640"], &["640", "WIDTHxHEIGHT"]),
