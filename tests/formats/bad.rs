@@ -303,10 +303,11 @@ fn extensions_by_what_they_ask() {
         "extensionsRequired: the file requires KHR_draco_mesh_compression, which is not supported",
     );
     noted(&used(r#""A_new_one", "KHR_materials_sheen""#, ""), "optional extensions not supported, left out: A_new_one");
-    noted(
-        &used(r#""KHR_materials_specular""#, r#""KHR_materials_specular""#),
-        "known but not shaded yet: KHR_materials_specular",
+    refused(
+        &used(r#""KHR_materials_sheen""#, r#""KHR_materials_sheen""#),
+        "extensionsRequired: the file requires KHR_materials_sheen, which is not shaded yet",
     );
+    noted(&used(r#""KHR_materials_sheen""#, ""), "known but not shaded yet: KHR_materials_sheen");
 }
 
 #[test]

@@ -2,9 +2,10 @@
 //!
 //! Shaded: metallic-roughness with all its textures, vertex colours, two coordinate sets, normal maps (tangents from
 //! the file, else MikkTSpace), emission, alpha masks and blending, and the extensions in `SHADED`. Read and reported, but
-//! left out: points, lines, skins, animations, morph targets, further coordinate sets, and the
-//! extensions in `PLAINER`. A required extension in no list here is an error. Everything reported is in `Scene::notes`. An unlit material (KHR_materials_unlit) is black and shines with its base colour, 1 for
-//! white, so that no light changes how it looks; as what shines here lights its surroundings, it does so too.
+//! left out: points, lines, skins, animations, morph targets, further coordinate sets, and the extensions in `PLAINER`. What
+//! a file requires and this does not shade is an error. Everything reported is in `Scene::notes`. An unlit material
+//! (KHR_materials_unlit) is black and shines with its base colour, 1 for white, so that no light changes how it looks; as what
+//! shines here lights its surroundings, it does so too.
 //! Single-sided surfaces are seen from both sides; their emission leaves the front only.
 //! Tests: tests/formats, on files made to be wrong and on the sample models.
 
@@ -259,8 +260,9 @@ fn check_extensions(file: &File<'_>, notes: &mut Vec<String>) -> Result<(), Erro
     let document = &file.document;
     let is_read = |name: &str| SHADED.contains(&name) || SILENT.contains(&name);
     let is_plainer = |name: &str| PLAINER.contains(&name);
-    if let Some(name) = document.extensions_required.iter().find(|n| !is_read(n) && !is_plainer(n)) {
-        let reason = format!("the file requires {name}, which is not supported; export it without, or convert it");
+    if let Some(name) = document.extensions_required.iter().find(|n| !is_read(n)) {
+        let why = if is_plainer(name) { "which is not shaded yet" } else { "which is not supported" };
+        let reason = format!("the file requires {name}, {why}; export it without, or convert it");
         return Err(file.error("extensionsRequired", reason));
     }
     let named = |keep: &dyn Fn(&str) -> bool| {
