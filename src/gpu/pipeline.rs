@@ -38,8 +38,17 @@ impl<'a> Resource<'a> {
     fn describe(self) -> &'static str {
         match self {
             Resource::Table(t) if t.body == TableBody::Texel => "a table with a texel body",
+            Resource::Table(Table { body: TableBody::Paged { .. }, .. }) => "a table in pages",
             Resource::Table(_) => "a table with a storage body",
             Resource::Buffer(_) => "a buffer",
+        }
+    }
+
+    /// Descriptors it takes.
+    fn count(self) -> u32 {
+        match self {
+            Resource::Table(Table { body: TableBody::Paged { pages, .. }, .. }) => *pages,
+            _ => 1,
         }
     }
 
@@ -83,7 +92,7 @@ impl Pipeline {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(b.binding)
                     .descriptor_type(descriptor_type(b.kind))
-                    .descriptor_count(1)
+                    .descriptor_count(b.count)
                     .stage_flags(vk::ShaderStageFlags::COMPUTE)
             })
             .collect();
@@ -156,8 +165,8 @@ impl Pipeline {
         let sizes: Vec<_> = kinds
             .iter()
             .map(|&kind| {
-                let count = self.reflection.bindings.iter().filter(|b| b.kind == kind).count();
-                vk::DescriptorPoolSize { ty: descriptor_type(kind), descriptor_count: count as u32 }
+                let count = self.reflection.bindings.iter().filter(|b| b.kind == kind).map(|b| b.count).sum();
+                vk::DescriptorPoolSize { ty: descriptor_type(kind), descriptor_count: count }
             })
             .collect();
         let pool_info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
@@ -180,7 +189,7 @@ impl Pipeline {
                 let device = self.device.info().name.clone();
                 return Err(GpuError::ForeignDevice { what: format!("\"{}\"", given.name), device });
             }
-            if !given.resource.suits(declared.kind, declared.is_read_only) {
+            if !given.resource.suits(declared.kind, declared.is_read_only) || given.resource.count() != declared.count {
                 return Err(GpuError::WrongBinding {
                     kernel: self.name.clone(),
                     binding: declared.name.clone(),
@@ -192,7 +201,14 @@ impl Pipeline {
                 Resource::Table(table) => [table.view],
                 Resource::Buffer(_) => [vk::BufferView::null()],
             };
-            let buffers = [vk::DescriptorBufferInfo { buffer: memory.raw, offset: 0, range: vk::WHOLE_SIZE }];
+            let ranges = match given.resource {
+                Resource::Table(table) => table.ranges(),
+                Resource::Buffer(_) => vec![(0, vk::WHOLE_SIZE)],
+            };
+            let buffers: Vec<_> = ranges
+                .into_iter()
+                .map(|(offset, range)| vk::DescriptorBufferInfo { buffer: memory.raw, offset, range })
+                .collect();
             let write = vk::WriteDescriptorSet::default()
                 .dst_set(set.raw)
                 .dst_binding(declared.binding)
@@ -247,7 +263,7 @@ fn check_limits(device: &Device, name: &str, reflection: &Reflection) -> Result<
     if let Some(odd) = reflection.bindings.iter().find(|b| b.kind == BindingKind::Other || b.set != 0) {
         return missing(format!("kernel \"{name}\" declares \"{}\", which is no table or buffer of set 0", odd.name));
     }
-    let count = |kind| reflection.bindings.iter().filter(|b| b.kind == kind).count() as u32;
+    let count = |kind| reflection.bindings.iter().filter(|b| b.kind == kind).map(|b| b.count).sum::<u32>();
     for (kind, limit) in [
         (BindingKind::StorageBuffer, info.limits.max_storage_bindings),
         (BindingKind::TexelBuffer, info.limits.max_texel_bindings),

@@ -190,16 +190,93 @@ fn a_body_is_chosen_by_size_and_device() {
     assert_eq!(choose(&info, 65536).unwrap(), TableBody::Texel);
     assert_eq!(choose(&info, 65537).unwrap(), TableBody::Storage);
     assert_eq!(choose(&info, 1 << 23).unwrap(), TableBody::Storage);
+    assert_eq!(choose(&info, (1 << 23) + 1).unwrap(), TableBody::Paged { page_shift: 23, pages: 2 });
     assert_eq!(
-        choose(&info, (1 << 23) + 1).unwrap_err().to_string(),
-        "\"triangles\" needs 134217744 bytes, more than the device's maxStorageBufferRange of 134217728 bytes; reduce the \
-         scene or use another device"
+        choose(&info, (1 << 26) + 1).unwrap_err().to_string(),
+        "\"triangles\" needs 1073741840 bytes, more than the device's maxMemoryAllocationSize of 1073741824 bytes; reduce \
+         the scene or use another device"
     );
+    info.limits.max_allocation = 1 << 34;
+    assert_eq!(
+        choose(&info, (1 << 27) + 1).unwrap_err().to_string(),
+        "\"triangles\" needs 2147483664 bytes, more than the device's maxStorageBufferRange, in 16 pages, of 2147483648 \
+         bytes; reduce the scene or use another device"
+    );
+    info.limits.max_allocation = 1 << 30;
     info.limits.max_texel_elements = 1 << 27;
     assert_eq!(choose(&info, (1 << 23) + 1).unwrap(), TableBody::Texel);
     info.is_software = false;
     assert_eq!(choose(&info, 1 << 23).unwrap(), TableBody::Storage);
     assert!(matches!(choose(&info, 1 << 27), Err(GpuError::TooLarge { limit_name: "maxMemoryAllocationSize", .. })));
+    close(device);
+}
+
+#[test]
+fn every_row_is_read_through_pages() {
+    let device = open();
+    let rows: Vec<[u32; 4]> = (0..1000u32).map(|i| [i, i * i, !i, 7 * i]).collect();
+    let body = TableBody::Paged { page_shift: 8, pages: 4 };
+    let text = format!(
+        "layout(local_size_x = 8) in;\n{OUT}{}void main() {{\n    uint i = gl_GlobalInvocationID.x;\n    \
+         uvec4 r = paged_row(999u - i);\n    OUT.words[4u * i] = r.x;\n    OUT.words[4u * i + 1u] = r.y;\n    \
+         OUT.words[4u * i + 2u] = r.z;\n    OUT.words[4u * i + 3u] = r.w;\n}}\n",
+        body.glsl("paged", 2)
+    );
+    let spirv = kernel("pages", &text);
+    assert_eq!(spirv.reflection().bindings.iter().map(|b| b.count).collect::<Vec<_>>(), [1, 4]);
+    let pipeline = device.pipeline(&spirv, &[]).unwrap();
+    let table = device.table("paged", &rows, body).unwrap();
+    let out = device.buffer("OUT", 16_000).unwrap();
+    device.dispatch(&pipeline, &[out.binding(), table.binding()], &[], [125, 1, 1]).unwrap();
+    let expected: Vec<u32> = rows.iter().rev().flatten().copied().collect();
+    assert_eq!(out_of(&out)[..4000], expected);
+    let whole = device.table("paged", &rows, TableBody::Storage).unwrap();
+    let error = device.dispatch(&pipeline, &[out.binding(), whole.binding()], &[], [125, 1, 1]).unwrap_err();
+    let said = "kernel \"pages\" declares binding \"paged\" as 4 pages of a storage buffer, but got a table with a storage body";
+    assert_eq!(error.to_string(), said);
+    close(device);
+}
+
+/// A device whose storage range is 4 KiB and that has no texel buffers to speak of renders the same picture, from tables in pages.
+#[test]
+fn a_render_kernel_reads_its_tables_in_pages() {
+    use crate::film::Tile;
+    use crate::integrator::Settings;
+    use crate::prepare::features::Features;
+    use crate::shader::assemble;
+    let device = open();
+    let settings = Settings { max_depth: 4, ..Settings::default() };
+    let prepared = crate::prepare::prepare(&crate::reference::scenes::textured(8), &settings).unwrap();
+    let options = renderer::KernelOptions::default();
+    let mut renderer = renderer::Renderer::new(&device, &prepared, &settings, &options).unwrap();
+    let (expected, _) = renderer.render_tile(Tile { x: 0, y: 0, width: 8, height: 8 }, 0..1).unwrap();
+
+    let mut small = device.info().clone();
+    (small.limits.max_storage_range, small.limits.max_texel_elements) = (8192, 1);
+    let features = Features::of(&prepared, &settings);
+    let rows: Vec<_> = features.tables().map(|t| (t.name, (t.rows)(&prepared))).collect();
+    let size = |name: &str| rows.iter().find(|r| r.0 == name).map_or(0, |r| r.1.len());
+    let program = assemble::assemble(&features, &settings, &prepared, &small, size).unwrap();
+    let paged = program.tables.iter().filter(|t| matches!(t.1, TableBody::Paged { .. })).count();
+    assert!(paged >= 3, "{:?}", program.tables);
+    let pipeline = device.pipeline(&compile(&program.source, &Cache::off()).unwrap(), &program.constants).unwrap();
+    let tables: Vec<_> = rows.iter().zip(&program.tables).map(|(r, t)| device.table(r.0, &r.1, t.1).unwrap()).collect();
+    let slots = device.buffer("slots", expected.len() as u64 * 16).unwrap();
+    let mut bindings: Vec<_> = tables.iter().map(Table::binding).collect();
+    bindings.push(slots.binding());
+    let push = assemble::Push {
+        tile_x: 0,
+        tile_y: 0,
+        tile_width: 8,
+        tile_pixels: 64,
+        first_block: 0,
+        block_count: 1,
+        block_samples: 16,
+        seed: settings.seed,
+    };
+    device.dispatch(&pipeline, &bindings, bytemuck::bytes_of(&push), [1, 1, 1]).unwrap();
+    // Texts that differ in their loads only round alike.
+    assert_eq!(slots.read::<[u32; 4]>(0..expected.len()).unwrap(), expected);
     close(device);
 }
 

@@ -1,8 +1,7 @@
 //! What a compute module declares: bindings, push constants, struct layouts, workgroup size. Read from its SPIR-V.
 //!
 //! A reader of the few instructions that say so (Khronos, SPIR-V 1.5 specification, sections 2.3 and 3.42). Bindings that the
-//! optimiser removed are not listed: what a kernel does not read needs not be given. Leaves out arrays of
-//! bindings and everything inside functions.
+//! optimiser removed are not listed: what a kernel does not read needs not be given. Leaves out everything inside functions.
 
 use std::collections::HashMap;
 
@@ -23,6 +22,8 @@ pub struct BindingInfo {
     pub name: String,
     pub kind: BindingKind,
     pub is_read_only: bool,
+    /// Descriptors: more than 1 for an array of fixed length.
+    pub count: u32,
 }
 
 impl BindingInfo {
@@ -30,6 +31,7 @@ impl BindingInfo {
     pub fn describe(&self) -> String {
         match self.kind {
             BindingKind::TexelBuffer => "a texel buffer".to_owned(),
+            BindingKind::StorageBuffer if self.count > 1 => format!("{} pages of a storage buffer", self.count),
             BindingKind::StorageBuffer if self.is_read_only => "a readonly storage buffer".to_owned(),
             BindingKind::StorageBuffer => "a storage buffer".to_owned(),
             BindingKind::Other => "something else than a buffer".to_owned(),
@@ -207,6 +209,10 @@ impl<'a> Module<'a> {
     }
 
     fn binding(&self, id: u32, pointee: u32, class: u32, binding: u32) -> BindingInfo {
+        let (pointee, count) = match self.operands(pointee, op::TYPE_ARRAY) {
+            Some([element, length]) => (*element, self.constants.get(length).copied().unwrap_or(0)),
+            _ => (pointee, 1),
+        };
         let image = self.operands(pointee, op::TYPE_SAMPLED_IMAGE).and_then(|o| o.first()).copied().unwrap_or(pointee);
         // Operands of an image type: sampled type, dimension, depth, arrayed, multisampled, sampled, format.
         let is_texel_buffer = matches!(self.operands(image, op::TYPE_IMAGE), Some([_, DIM_BUFFER, _, _, _, 1, ..]));
@@ -223,6 +229,7 @@ impl<'a> Module<'a> {
             binding,
             name: if name.is_empty() { self.name(pointee) } else { name },
             kind,
+            count,
             is_read_only: kind == BindingKind::TexelBuffer
                 || self.decorations.contains_key(&(id, decoration::NON_WRITABLE))
                 || (member_count > 0 && (0..member_count).all(is_read_only_member)),
