@@ -6,6 +6,9 @@ bool trace_any(Ray ray, uint excluded_primitive) {
 #if HAS_TRIANGLES
     TriangleRay sheared = triangle_ray(ray.o, ray.d);
 #endif
+#if HAS_INSTANCES
+    uint primitive_offset = 0u;
+#endif
     bool is_hit = false;
     uint stack[BVH_STACK];
     stack[0] = BVH_DONE;
@@ -34,7 +37,11 @@ bool trace_any(Ray ray, uint excluded_primitive) {
         for (uint slot = first; slot < end_triangle; ++slot) {
             TriangleRecord r = TriangleRecord_load_triangles(slot);
             TriangleHit h = triangle_intersect(sheared, r.v0, r.v1, r.v2);
-            is_hit = is_hit || (h.t > 0.0 && h.t < ray.t_max && r.face != excluded_primitive);
+            uint primitive = r.face;
+#if HAS_INSTANCES
+            primitive += primitive_offset;
+#endif
+            is_hit = is_hit || (h.t > 0.0 && h.t < ray.t_max && primitive != excluded_primitive);
         }
 #endif
 #if HAS_SPHERES
@@ -55,9 +62,30 @@ bool trace_any(Ray ray, uint excluded_primitive) {
             is_hit = is_hit || (t > 0.0 && t < ray.t_max && r.primitive != excluded_primitive);
         }
 #endif
+#if HAS_INSTANCES
+        bool is_placed = is_leaf && leaf_kind(current) == 3u;
+        bool enters = is_placed && current != INSTANCE_WORLD_WORD;
+        uint root = 0u;
+        if (is_placed) {
+            InstanceRecord placed = InstanceRecord_load_instances(first);
+            Ray local = instance_ray(placed, ray);
+            boxes = box_ray(local);
+#if HAS_TRIANGLES
+            sheared = triangle_ray(local.o, local.d);
+#endif
+            primitive_offset = placed.primitive_offset;
+            root = placed.first_node;
+        }
+        stack[top] = INSTANCE_WORLD_WORD;
+        top += enters ? 1u : 0u;
+        uint popped = enters ? root : stack[top - 1u];
+        top -= (is_leaf && !enters && !is_hit) ? 1u : 0u;
+        current = (is_leaf && !is_hit) ? popped : BVH_DONE;
+#else
         uint popped = stack[top - 1u];
         top -= (is_leaf && !is_hit) ? 1u : 0u;
         current = (is_leaf && !is_hit) ? popped : BVH_DONE;
+#endif
     }
     return is_hit;
 }

@@ -2,7 +2,9 @@
 //
 // While-while over BVH4 nodes (Aila, Laine 2009, "Understanding the efficiency of ray traversal on GPUs"), nearest child first,
 // the others on a stack of BVH_STACK entries (`Bvh::stack_size`), which no tree can outgrow. Written without early exits: on
-// lavapipe a branch is never skipped. HAS_TRIANGLES, HAS_SPHERES and HAS_DISCS leave out what the scene lacks.
+// lavapipe a branch is never skipped. HAS_TRIANGLES, HAS_SPHERES, HAS_DISCS and HAS_INSTANCES leave out what the scene lacks.
+// Two levels share the loop, the stack and the table of nodes: a leaf of kind 3 takes the ray into an instance's space and goes on at
+// its mesh's root; below, the stack holds the world's own leaf word, which takes the ray back.
 
 void sort_pair(inout float t0, inout uint w0, inout float t1, inout uint w1) {
     bool swap = t1 < t0;
@@ -25,6 +27,9 @@ void offer_hit(inout Hit best, Hit candidate, float t_after, uint primitive_afte
     best.kind = take ? candidate.kind : best.kind;
     best.slot = take ? candidate.slot : best.slot;
     best.primitive = take ? candidate.primitive : best.primitive;
+#if HAS_INSTANCES
+    best.instance = take ? candidate.instance : best.instance;
+#endif
 }
 
 // Start with t_after = 0, primitive_after = NO_HIT; go on with those of the last hit. t = INFINITY when missed.
@@ -33,7 +38,11 @@ Hit trace_closest_from(Ray ray, float t_after, uint primitive_after) {
 #if HAS_TRIANGLES
     TriangleRay sheared = triangle_ray(ray.o, ray.d);
 #endif
-    Hit best = Hit(ray.t_max, 0.0, 0.0, NO_HIT, NO_HIT, 0u);
+#if HAS_INSTANCES
+    uint instance = 0u;
+    uint primitive_offset = 0u;
+#endif
+    Hit best = hit_at(ray.t_max, 0.0, 0.0, NO_HIT, NO_HIT, 0u);
     // Boxes well behind the last hit are skipped; the margin is far above the rounding of a hit's distance.
     float t_min = 0.999 * t_after;
     uint stack[BVH_STACK];
@@ -69,7 +78,12 @@ Hit trace_closest_from(Ray ray, float t_after, uint primitive_after) {
         for (uint slot = first; slot < end_triangle; ++slot) {
             TriangleRecord r = TriangleRecord_load_triangles(slot);
             TriangleHit h = triangle_intersect(sheared, r.v0, r.v1, r.v2);
-            offer_hit(best, Hit(h.t, h.b1, h.b2, 0u, slot, r.face), t_after, primitive_after);
+            Hit candidate = hit_at(h.t, h.b1, h.b2, 0u, slot, r.face);
+#if HAS_INSTANCES
+            candidate.primitive += primitive_offset;
+            candidate.instance = instance;
+#endif
+            offer_hit(best, candidate, t_after, primitive_after);
         }
 #endif
 #if HAS_SPHERES
@@ -77,8 +91,8 @@ Hit trace_closest_from(Ray ray, float t_after, uint primitive_after) {
         for (uint slot = first; slot < end_sphere; ++slot) {
             SphereRecord r = SphereRecord_load_spheres(slot);
             SphereHit h = sphere_intersect(ray.o, ray.d, r.center, r.radius);
-            offer_hit(best, Hit(h.near, 0.0, 0.0, 1u, slot, r.primitive), t_after, primitive_after);
-            offer_hit(best, Hit(h.far, 0.0, 0.0, 1u, slot, r.primitive), t_after, primitive_after);
+            offer_hit(best, hit_at(h.near, 0.0, 0.0, 1u, slot, r.primitive), t_after, primitive_after);
+            offer_hit(best, hit_at(h.far, 0.0, 0.0, 1u, slot, r.primitive), t_after, primitive_after);
         }
 #endif
 #if HAS_DISCS
@@ -86,12 +100,35 @@ Hit trace_closest_from(Ray ray, float t_after, uint primitive_after) {
         for (uint slot = first; slot < end_disc; ++slot) {
             DiscRecord r = DiscRecord_load_discs(slot);
             float t = disc_intersect(ray.o, ray.d, r.center, r.normal, r.radius);
-            offer_hit(best, Hit(t, 0.0, 0.0, 2u, slot, r.primitive), t_after, primitive_after);
+            offer_hit(best, hit_at(t, 0.0, 0.0, 2u, slot, r.primitive), t_after, primitive_after);
         }
 #endif
+#if HAS_INSTANCES
+        bool is_placed = is_leaf && leaf_kind(current) == 3u;
+        bool enters = is_placed && current != INSTANCE_WORLD_WORD;
+        uint root = 0u;
+        if (is_placed) {
+            InstanceRecord placed = InstanceRecord_load_instances(first);
+            Ray local = instance_ray(placed, ray);
+            boxes = box_ray(local);
+#if HAS_TRIANGLES
+            sheared = triangle_ray(local.o, local.d);
+#endif
+            instance = first;
+            primitive_offset = placed.primitive_offset;
+            root = placed.first_node;
+        }
+        // The way back, kept only when something is entered.
+        stack[top] = INSTANCE_WORLD_WORD;
+        top += enters ? 1u : 0u;
+        uint popped = enters ? root : stack[top - 1u];
+        top -= (is_leaf && !enters) ? 1u : 0u;
+        current = is_leaf ? popped : BVH_DONE;
+#else
         uint popped = stack[top - 1u];
         top -= is_leaf ? 1u : 0u;
         current = is_leaf ? popped : BVH_DONE;
+#endif
     }
     bool is_hit = best.kind != NO_HIT;
     best.t = is_hit ? best.t : INFINITY;

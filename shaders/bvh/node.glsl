@@ -20,11 +20,29 @@ struct Hit {
     uint kind;
     uint slot;
     uint primitive;
+#if HAS_INSTANCES
+    uint instance;  // row of `instances`; 0 is the world
+#endif
 };
+
+// A hit in the world; one on an instance sets `instance` besides.
+Hit hit_at(float t, float b1, float b2, uint kind, uint slot, uint primitive) {
+    Hit h;
+    h.t = t;
+    h.b1 = b1;
+    h.b2 = b2;
+    h.kind = kind;
+    h.slot = slot;
+    h.primitive = primitive;
+#if HAS_INSTANCES
+    h.instance = 0u;
+#endif
+    return h;
+}
 
 const uint NO_HIT = 0xffffffffu;
 const uint BVH_LEAF_BIT = 0x80000000u;
-// No leaf word: its kind would be 3.
+// No leaf word: one of kind 3 has a count of 1.
 const uint BVH_DONE = 0xffffffffu;
 // 1 + 2 gamma_13: 3 roundings of a slab distance, and 10 ulp by which the triangle test may move an edge.
 const float BVH_BOX_SLACK = 1.0 + 26.0 / 16777216.0;

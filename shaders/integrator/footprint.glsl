@@ -14,7 +14,14 @@ vec2 footprint_areas(PathState s, Hit hit, Surface surface) {
         UvRecord a = UvRecord_load_uvs(face.vertices.x);
         UvRecord b = UvRecord_load_uvs(face.vertices.y);
         UvRecord c = UvRecord_load_uvs(face.vertices.z);
-        vec3 across = cross(triangle.v1 - triangle.v0, triangle.v2 - triangle.v0);
+        vec3 u = triangle.v1 - triangle.v0;
+        vec3 v = triangle.v2 - triangle.v0;
+#if HAS_INSTANCES
+        InstanceRecord placed = InstanceRecord_load_instances(hit.instance);
+        u = instance_vector(placed, u);
+        v = instance_vector(placed, v);
+#endif
+        vec3 across = cross(u, v);
         float covered = s.cone.x * s.cone.x / max(abs(dot(surface.ng, s.ray.d)), 1e-6);
         float part = covered / length(across);
         vec4 p = vec4(b.uv0, b.uv1) - vec4(a.uv0, a.uv1);

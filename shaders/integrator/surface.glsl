@@ -69,6 +69,9 @@ SurfacePoint hit_point_data(Hit hit, Ray ray, out uint material) {
     if (hit.kind == HIT_TRIANGLE) {
         TriangleRecord triangle = TriangleRecord_load_triangles(hit.slot);
         material = triangle.material;
+#if HAS_INSTANCES
+        material = hit.instance == 0u ? material : InstanceRecord_load_instances(hit.instance).material;
+#endif
         point = triangle_point_data(FaceRecord_load_faces(triangle.face), hit.b1, hit.b2);
     }
 #endif
@@ -107,6 +110,16 @@ Surface surface_load(Hit hit, Ray ray) {
         s.light = triangle.light;
         s.p = triangle_point(triangle.v0, triangle.v1, triangle.v2, hit.b1, hit.b2, s.error);
         s.ng = triangle_normal(triangle.v0, triangle.v1, triangle.v2);
+#if HAS_INSTANCES
+        // Flat geometry keeps its own, tighter error.
+        InstanceRecord placed = InstanceRecord_load_instances(hit.instance);
+        bool is_placed = hit.instance != 0u;
+        if (is_placed) {
+            s.material = placed.material;
+            s.p = instance_point(placed, s.p, s.error);
+            s.ng = instance_normal(placed, s.ng);
+        }
+#endif
         s.ns = s.ng;
         FaceRecord face = FaceRecord_load_faces(triangle.face);
         s.point = triangle_point_data(face, hit.b1, hit.b2);
@@ -115,6 +128,14 @@ Surface surface_load(Hit hit, Ray ray) {
         float b0 = 1.0 - hit.b1 - hit.b2;
         vec3 n = n0.normal * b0 + NormalRecord_load_normals(face.vertices.y).normal * hit.b1
             + NormalRecord_load_normals(face.vertices.z).normal * hit.b2;
+#if HAS_INSTANCES
+        // Unit in the world before they are interpolated, as those of flat geometry: a picture does not depend on the levels.
+        if (is_placed) {
+            n = instance_normal(placed, n0.normal) * b0
+                + instance_normal(placed, NormalRecord_load_normals(face.vertices.y).normal) * hit.b1
+                + instance_normal(placed, NormalRecord_load_normals(face.vertices.z).normal) * hit.b2;
+        }
+#endif
         float length2 = dot(n, n);
         // Opposite vertex normals may cancel (1e-12: all digits gone): then the geometric normal stands.
         bool is_smooth = (face.flags & FACE_SMOOTH) != 0u && length2 > 1e-12;
@@ -126,6 +147,14 @@ Surface surface_load(Hit hit, Ray ray) {
             + TangentRecord_load_tangents(face.vertices.y).tangent * hit.b1
             + TangentRecord_load_tangents(face.vertices.z).tangent * hit.b2;
         s.tangent = (face.flags & FACE_TANGENTS) != 0u ? vec4(t, n0.handedness) : vec4(0.0);
+#if HAS_INSTANCES
+        if (is_placed && (face.flags & FACE_TANGENTS) != 0u) {
+            t = instance_tangent(placed, TangentRecord_load_tangents(face.vertices.x).tangent) * b0
+                + instance_tangent(placed, TangentRecord_load_tangents(face.vertices.y).tangent) * hit.b1
+                + instance_tangent(placed, TangentRecord_load_tangents(face.vertices.z).tangent) * hit.b2;
+            s.tangent = vec4(t, (placed.flags & INSTANCE_MIRRORED) != 0u ? -n0.handedness : n0.handedness);
+        }
+#endif
 #endif
 #endif
     }

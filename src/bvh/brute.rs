@@ -22,8 +22,13 @@ fn vector(v: [f32; 3]) -> DVec3 {
 
 /// (t, least barycentric weight) with the triangle's plane; weights below 0 lie outside. None when edge-on.
 pub fn plane_of_triangle(ray: &Ray, r: &TriangleRecord) -> Option<(f64, f64)> {
-    let (o, d, a) = (vector(ray.o), vector(ray.d), vector(r.v0));
-    let (e1, e2) = (vector(r.v1) - a, vector(r.v2) - a);
+    plane_of_corners(ray, [r.v0, r.v1, r.v2].map(vector))
+}
+
+/// The same for corners in f64.
+pub fn plane_of_corners(ray: &Ray, [a, b, c]: [DVec3; 3]) -> Option<(f64, f64)> {
+    let (o, d) = (vector(ray.o), vector(ray.d));
+    let (e1, e2) = (b - a, c - a);
     let p = d.cross(e2);
     let determinant = e1.dot(p);
     if determinant == 0.0 {

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::sah::{self, Bounds, Ref};
 use super::{
-    BuildReport, Bvh, Disc, Error, KIND_DISC, KIND_SPHERE, KIND_TRIANGLE, MAX_COORDINATE, MAX_LEAF, MAX_PRIMITIVES,
-    Primitives, wide,
+    BuildReport, Bvh, Disc, Error, KIND_DISC, KIND_INSTANCE, KIND_SPHERE, KIND_TRIANGLE, MAX_COORDINATE, MAX_LEAF,
+    MAX_PRIMITIVES, Primitives, wide,
 };
 
 /// Primitives from which a task splits in two.
@@ -79,7 +79,8 @@ fn usable_primitives(p: &Primitives) -> (Vec<Ref>, BuildReport) {
     let triangles = p.triangles.par_iter().enumerate().map(|(i, t)| triangle_ref(t, id(KIND_TRIANGLE, i)));
     let spheres = p.spheres.par_iter().enumerate().map(|(i, s)| sphere_ref(s, id(KIND_SPHERE, i)));
     let discs = p.discs.par_iter().enumerate().map(|(i, d)| disc_ref(d, id(KIND_DISC, i)));
-    let tried: Vec<Result<Ref, Unusable>> = triangles.chain(spheres).chain(discs).collect();
+    let placed = p.instances.par_iter().enumerate().map(|(i, b)| instance_ref(b, id(KIND_INSTANCE, i)));
+    let tried: Vec<Result<Ref, Unusable>> = triangles.chain(spheres).chain(discs).chain(placed).collect();
     let mut report = BuildReport::default();
     let mut refs = Vec::with_capacity(tried.len());
     for r in tried {
@@ -141,6 +142,16 @@ fn disc_ref(d: &Disc, id: u32) -> Result<Ref, Unusable> {
     Ok(padded(corner(-1.0), corner(1.0), id))
 }
 
+/// Its box comes padded (`two_level`); that of a mesh without a usable triangle is inside out.
+fn instance_ref([lo, hi]: &[[f32; 3]; 2], id: u32) -> Result<Ref, Unusable> {
+    if (0..3).any(|k| lo[k] > hi[k]) {
+        return Err(Unusable::ZeroArea);
+    }
+    check_range(lo)?;
+    check_range(hi)?;
+    Ok(Ref::new(*lo, *hi, id))
+}
+
 /// The box grown by `BOX_PADDING` of its largest side and by one ulp, which covers the rounding of the padding itself.
 fn padded(lo: [f32; 3], hi: [f32; 3], id: u32) -> Ref {
     let size = (hi[0] - lo[0]).max(hi[1] - lo[1]).max(hi[2] - lo[2]);
@@ -189,7 +200,8 @@ fn cut(refs: &mut [Ref], extent: &sah::Extent, levels: u32) -> Option<usize> {
     }
     let first = kind(&refs[0]);
     let is_mixed = count <= MAX_LEAF && refs.iter().any(|r| kind(r) != first);
-    let can_be_leaf = count <= MAX_LEAF && !is_mixed;
+    // An instance is alone in its leaf.
+    let can_be_leaf = count <= MAX_LEAF && !is_mixed && first != KIND_INSTANCE;
     if levels > 0
         && let Some(split) = sah::best_split(refs, extent)
     {
@@ -263,7 +275,9 @@ mod tests {
         let up = [0.0, 0.0, 1.0];
         let disc = |radius: f32, normal| Disc { center: [1.0; 3], normal, radius };
         let discs = [disc(1.0, up), disc(f32::NAN, up), disc(1e-30, up), disc(1.0, [0.0; 3]), disc(1e20, up)];
-        let (bvh, report) = build(&Primitives { triangles: &triangles, spheres: &spheres, discs: &discs }).unwrap();
+        let (bvh, report) =
+            build(&Primitives { triangles: &triangles, spheres: &spheres, discs: &discs, ..Primitives::default() })
+                .unwrap();
         assert_eq!(report, BuildReport { zero_area: 5, non_finite: 5, out_of_range: 3 });
         let mut kept = bvh.triangle_order.clone();
         kept.sort_unstable();
@@ -290,13 +304,19 @@ mod tests {
         let triangles = grid(20);
         let spheres: Vec<_> = (0..500).map(|i| ([(i % 20) as f32, 0.2, (i / 20) as f32], 0.3)).collect();
         let discs = [Disc { center: [3.5, 0.1, 3.5], normal: [0.6, 0.8, 0.0], radius: 0.5 }; 2];
-        let all = Primitives { triangles: &triangles, spheres: &spheres, discs: &discs };
+        let all = Primitives { triangles: &triangles, spheres: &spheres, discs: &discs, ..Primitives::default() };
         let (bvh, report) = build(&all).unwrap();
         let counts = [bvh.triangle_order.len(), bvh.sphere_order.len(), bvh.disc_order.len(), report.dropped()];
         assert_eq!(counts, [800, 500, 2, 0]);
         // All at one place: only the kind can part them.
         let spheres = [([3.5, 0.1, 3.5], 0.5); 3];
-        build(&Primitives { triangles: &[triangles[126]; 3], spheres: &spheres, discs: &discs }).unwrap();
+        build(&Primitives {
+            triangles: &[triangles[126]; 3],
+            spheres: &spheres,
+            discs: &discs,
+            ..Primitives::default()
+        })
+        .unwrap();
     }
 
     #[test]

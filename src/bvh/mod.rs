@@ -1,9 +1,14 @@
 //! Bounding volume hierarchy, built on the CPU: binned SAH (Wald 2007), collapsed to four children a node.
 //!
 //! A node is 7 rows (112 bytes): rows 0..=5 hold min x, max x, min y, max y, min z, max z of the four children, row 6 the four
-//! child words. Child word: 0 = empty; bit 31 set = leaf, bits 30..29 kind (0 triangles, 1 spheres, 2 discs), bits 28..26 count - 1,
+//! child words. Child word: 0 = empty; bit 31 set = leaf, bits 30..29 kind (0 triangles, 1 spheres, 2 discs, 3 an instance), bits 28..26 count - 1,
 //! bits 25..0 first primitive in leaf order of that kind; else the index of an inner node (never 0, which is the root).
 //! An empty slot's box is inside out (+inf, -inf), which no ray enters. There is always a root, even of an empty scene.
+//!
+//! Two levels (`two_level`): a leaf of kind 3 names a row of `instances`; the mesh's own tree follows the top one in the same table of
+//! nodes, its leaves number the same table of triangles. Row 0 of `instances` is the world, whose leaf word (`WORLD`) is what the
+//! traversal leaves on its stack to come back to.
+//!
 //! `shaders/bvh/{closest,any}.glsl` walks it on the device, `traverse` in Rust; `validate` states what both rely on.
 
 pub mod brute;
@@ -11,10 +16,13 @@ mod build;
 mod sah;
 pub mod tracer;
 pub mod traverse;
+pub mod two_level;
 pub mod validate;
 mod wide;
 
 pub use build::{build, build_unchecked};
+
+use glam::DVec3;
 
 pub const CHILD_EMPTY: u32 = 0;
 pub const LEAF_BIT: u32 = 1 << 31;
@@ -24,6 +32,9 @@ pub const LEAF_FIRST_MASK: u32 = (1 << 26) - 1;
 pub const KIND_TRIANGLE: u32 = 0;
 pub const KIND_SPHERE: u32 = 1;
 pub const KIND_DISC: u32 = 2;
+pub const KIND_INSTANCE: u32 = 3;
+/// Leaf word of the world itself: the way back from an instance.
+pub const WORLD: u32 = LEAF_BIT | KIND_INSTANCE << LEAF_KIND_SHIFT;
 /// What a leaf word can number.
 pub const MAX_PRIMITIVES: usize = 1 << 26;
 /// What three bits can count.
@@ -66,11 +77,13 @@ pub struct Primitives<'a> {
     /// Centre and radius.
     pub spheres: &'a [([f32; 3], f32)],
     pub discs: &'a [Disc],
+    /// Lowest and highest corner of each instance.
+    pub instances: &'a [[[f32; 3]; 2]],
 }
 
 impl Primitives<'_> {
     pub fn len(&self) -> usize {
-        self.triangles.len() + self.spheres.len() + self.discs.len()
+        self.triangles.len() + self.spheres.len() + self.discs.len() + self.instances.len()
     }
 
     pub fn is_empty(&self) -> bool {
@@ -103,15 +116,41 @@ pub struct Bvh {
     pub triangle_order: Vec<u32>,
     pub sphere_order: Vec<u32>,
     pub disc_order: Vec<u32>,
+    /// Row k + 1 of the instances' table is input instance `instance_order[k]`.
+    pub instance_order: Vec<u32>,
     /// Longest path from the root in nodes: the traversal stack needs 3 entries a level.
     pub depth: u32,
+    /// By mesh of the lower level: its root in `nodes`, and where its triangles begin in `triangle_order`.
+    pub roots: Vec<u32>,
+    pub first_triangles: Vec<u32>,
+    /// The longest path of any of them.
+    pub mesh_depth: u32,
 }
 
 impl Bvh {
+    /// Triangles of the upper level: those before the first mesh's.
+    pub fn flat_triangle_count(&self) -> usize {
+        self.first_triangles.first().map_or(self.triangle_order.len(), |&first| first as usize)
+    }
+
+    /// Corners of all that is below a node; inside out when nothing is.
+    pub fn bounds_below(&self, node: u32) -> [DVec3; 2] {
+        let n = &self.nodes[node as usize];
+        let corner = |x: [f32; 4], y: [f32; 4], z: [f32; 4]| {
+            (0..4).map(move |c| DVec3::new(f64::from(x[c]), f64::from(y[c]), f64::from(z[c])))
+        };
+        [
+            corner(n.min_x, n.min_y, n.min_z).fold(DVec3::INFINITY, DVec3::min),
+            corner(n.max_x, n.max_y, n.max_z).fold(DVec3::NEG_INFINITY, DVec3::max),
+        ]
+    }
+
     /// Entries of the traversal stack (GLSL constant BVH_STACK): each node on a path leaves at most three siblings behind,
-    /// one entry below them says that the stack is empty, and one slot above is written but never kept.
+    /// one entry below them says that the stack is empty, and one slot above is written but never kept; an instance adds its mesh's
+    /// path and the way back.
     pub fn stack_size(&self) -> u32 {
-        3 * self.depth + 2
+        let below = if self.roots.is_empty() { 0 } else { 3 * self.mesh_depth + 1 };
+        3 * self.depth + 2 + below
     }
 }
 

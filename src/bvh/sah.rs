@@ -21,7 +21,7 @@ pub struct Ref {
 }
 
 impl Ref {
-    /// `id` stays below 2^27: as a float it is a small positive number, never a NaN that a copy might change.
+    /// `id` stays below 2^28: as a float it is a small positive number, never a NaN that a copy might change.
     pub fn new(lo: [f32; 3], hi: [f32; 3], id: u32) -> Ref {
         Ref { lo: Vec4::new(lo[0], lo[1], lo[2], f32::from_bits(id)), hi: Vec4::new(hi[0], hi[1], hi[2], 0.0) }
     }

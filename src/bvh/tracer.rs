@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::gpu::{Buffer, Device, GpuError, Pipeline, Table, TableBody};
 use crate::gpu_record;
-use crate::prepare::records::{DiscRecord, SphereRecord, TriangleRecord};
+use crate::prepare::records::{DiscRecord, InstanceRecord, SphereRecord, TriangleRecord};
 use crate::shader::cache::Cache;
 use crate::shader::compile::{CompileError, Source, compile};
 use crate::shader::record::GpuRecord;
@@ -39,14 +39,15 @@ gpu_record! {
         kind: u32,
         slot: u32,
         primitive: u32,
-        reserved: [u32; 2],
+        instance: u32,
+        reserved: u32,
     }
 }
 
 impl HitRecord {
     pub fn hit(&self) -> Hit {
-        let HitRecord { t, b1, b2, kind, slot, primitive, .. } = *self;
-        Hit { t, b1, b2, kind, slot, primitive }
+        let HitRecord { t, b1, b2, kind, slot, primitive, instance, .. } = *self;
+        Hit { t, b1, b2, kind, slot, primitive, instance }
     }
 }
 
@@ -65,13 +66,18 @@ impl Question {
         match self {
             Question::Closest => "    Hit h = trace_closest(ray);\n",
             Question::ClosestFrom => "    Hit h = trace_closest_from(ray, r.t_after, r.primitive);\n",
-            Question::Any => "    Hit h = Hit(0.0, 0.0, 0.0, trace_any(ray, r.primitive) ? 1u : 0u, NO_HIT, NO_HIT);\n",
+            Question::Any => {
+                "    Hit h = hit_at(0.0, 0.0, 0.0, trace_any(ray, r.primitive) ? 1u : 0u, NO_HIT, NO_HIT);\n"
+            }
             Question::Spawn => {
                 "    Hit h = trace_closest(ray);\n    vec3 p = vec3(0.0), ng = vec3(0.0), error = vec3(0.0);\n\
                  #if HAS_TRIANGLES\n    if (h.kind == 0u) {\n        \
                  TriangleRecord f = TriangleRecord_load_triangles(h.slot);\n        \
                  p = triangle_point(f.v0, f.v1, f.v2, h.b1, h.b2, error);\n        \
-                 ng = triangle_normal(f.v0, f.v1, f.v2);\n    }\n#endif\n\
+                 ng = triangle_normal(f.v0, f.v1, f.v2);\n#if HAS_INSTANCES\n        \
+                 InstanceRecord placed = InstanceRecord_load_instances(h.instance);\n        \
+                 p = instance_point(placed, p, error);\n        \
+                 ng = instance_normal(placed, ng);\n#endif\n    }\n#endif\n\
                  #if HAS_SPHERES\n    if (h.kind == 1u) {\n        \
                  SphereRecord f = SphereRecord_load_spheres(h.slot);\n        \
                  ng = sphere_normal(ray.o + h.t * ray.d, f.center);\n        \
@@ -81,7 +87,7 @@ impl Question {
                  ng = f.normal;\n        \
                  p = disc_point(ray.o + h.t * ray.d, f.center, f.normal, f.radius, error);\n    }\n#endif\n    \
                  vec3 o = spawn_origin(p, error, ng, reflect(ray.d, ng));\n    \
-                 h = Hit(o.x, o.y, o.z, h.kind, h.slot, h.primitive);\n"
+                 h.t = o.x;\n    h.b1 = o.y;\n    h.b2 = o.z;\n"
             }
         }
     }
@@ -104,6 +110,7 @@ pub struct Tracer {
     has_triangles: bool,
     has_spheres: bool,
     has_discs: bool,
+    has_instances: bool,
 }
 
 /// A kernel with its rays uploaded.
@@ -125,6 +132,7 @@ impl Tracer {
             has_triangles: !g.triangles.is_empty(),
             has_spheres: !g.spheres.is_empty(),
             has_discs: !g.discs.is_empty(),
+            has_instances: !g.instances.is_empty(),
         };
         tracer.add("bvh", &g.bvh.nodes)?;
         if tracer.has_triangles {
@@ -135,6 +143,9 @@ impl Tracer {
         }
         if tracer.has_discs {
             tracer.add("discs", g.discs)?;
+        }
+        if tracer.has_instances {
+            tracer.add("instances", g.instances)?;
         }
         Ok(tracer)
     }
@@ -154,6 +165,7 @@ impl Tracer {
                 "triangles" => tables += &(TriangleRecord::glsl_struct() + &TriangleRecord::glsl_loader(name)),
                 "spheres" => tables += &(SphereRecord::glsl_struct() + &SphereRecord::glsl_loader(name)),
                 "discs" => tables += &(DiscRecord::glsl_struct() + &DiscRecord::glsl_loader(name)),
+                "instances" => tables += &(InstanceRecord::glsl_struct() + &InstanceRecord::glsl_loader(name)),
                 _ => {}
             }
         }
@@ -167,13 +179,15 @@ impl Tracer {
             "void main() {{\n    uint i = gl_GlobalInvocationID.x;\n    if (i < push.ray_count) {{\n    \
              RayRecord r = RayRecord_load_rays(i);\n    Ray ray = Ray(r.o, r.d, r.t_max);\n{}    \
              HITS.rows[2u * i] = uvec4(floatBitsToUint(vec3(h.t, h.b1, h.b2)), h.kind);\n    \
-             HITS.rows[2u * i + 1u] = uvec4(h.slot, h.primitive, 0u, 0u);\n    }}\n}}\n",
+             uint instance = 0u;\n#if HAS_INSTANCES\n    instance = h.instance;\n#endif\n    \
+             HITS.rows[2u * i + 1u] = uvec4(h.slot, h.primitive, instance, 0u);\n    }}\n}}\n",
             question.main()
         );
         let mut source = Source::new(&format!("trace {question:?}"))
             .define("HAS_TRIANGLES", self.has_triangles)
             .define("HAS_SPHERES", self.has_spheres)
             .define("HAS_DISCS", self.has_discs)
+            .define("HAS_INSTANCES", self.has_instances)
             .part("tracer.head", head)
             .file("core/math.glsl")?
             .part("tracer.tables", tables)
@@ -187,9 +201,15 @@ impl Tracer {
         if self.has_discs {
             source = source.file("bvh/disc.glsl")?;
         }
+        if self.has_instances {
+            source = source.file("bvh/instance.glsl")?;
+        }
         source = match question {
             Question::Any => source.file("bvh/any.glsl")?,
-            Question::Spawn => source.file("bvh/closest.glsl")?.file("bvh/spawn.glsl")?,
+            Question::Spawn => {
+                source = source.file("bvh/closest.glsl")?.file("bvh/spawn.glsl")?;
+                if self.has_instances { source.file("bvh/placed.glsl")? } else { source }
+            }
             Question::Closest | Question::ClosestFrom => source.file("bvh/closest.glsl")?,
         };
         Ok(source.part("tracer.main", main))

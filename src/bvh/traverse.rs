@@ -5,8 +5,8 @@
 //! shaders/bvh/{triangle,node,sphere,disc}.glsl give the details. Test: gate 5 (src/conform/traversal.rs), which compares both
 //! with `brute`.
 
-use super::{Bvh, KIND_DISC, KIND_SPHERE, KIND_TRIANGLE, LEAF_BIT, leaf_range};
-use crate::prepare::records::{DiscRecord, SphereRecord, TriangleRecord};
+use super::{Bvh, KIND_DISC, KIND_INSTANCE, KIND_SPHERE, KIND_TRIANGLE, LEAF_BIT, WORLD, leaf_range};
+use crate::prepare::records::{DiscRecord, InstanceRecord, SphereRecord, TriangleRecord};
 
 /// `d` has unit length; hits lie at 0 < t < t_max.
 #[derive(Clone, Copy, Debug)]
@@ -26,14 +26,17 @@ pub struct Hit {
     pub kind: u32,
     /// Place in leaf order.
     pub slot: u32,
-    /// Face number, or `primitive` of the sphere's or disc's record.
+    /// Face number, or `primitive` of the sphere's or disc's record; on an instance, with its `primitive_offset` added.
     pub primitive: u32,
+    /// Row of `instances`; 0 is the world.
+    pub instance: u32,
 }
 
 pub const NONE: u32 = u32::MAX;
 
 impl Hit {
-    pub const MISS: Hit = Hit { t: f32::INFINITY, b1: 0.0, b2: 0.0, kind: NONE, slot: NONE, primitive: NONE };
+    pub const MISS: Hit =
+        Hit { t: f32::INFINITY, b1: 0.0, b2: 0.0, kind: NONE, slot: NONE, primitive: NONE, instance: 0 };
 }
 
 /// The tree and its primitives in leaf order.
@@ -43,6 +46,8 @@ pub struct Geometry<'a> {
     pub triangles: &'a [TriangleRecord],
     pub spheres: &'a [SphereRecord],
     pub discs: &'a [DiscRecord],
+    /// Empty in a scene of one level.
+    pub instances: &'a [InstanceRecord],
 }
 
 /// 1 + 2 gamma_13: 3 roundings of a slab distance (Ize 2013, Section 3) and 10 ulp by which the triangle test may move an edge.
@@ -141,13 +146,22 @@ pub fn intersect_disc(o: [f32; 3], d: [f32; 3], center: [f32; 3], normal: [f32; 
     if dot(h, h) <= radius * radius { t } else { f32::NAN }
 }
 
+/// The ray in the space of an instance; distances stay as they are.
+pub fn object_ray(m: &InstanceRecord, ray: &Ray) -> Ray {
+    let rows = [m.to_object0, m.to_object1, m.to_object2];
+    let point = |r: [f32; 4]| ((r[0] * ray.o[0] + r[1] * ray.o[1]) + r[2] * ray.o[2]) + r[3];
+    let vector = |r: [f32; 4]| (r[0] * ray.d[0] + r[1] * ray.d[1]) + r[2] * ray.d[2];
+    Ray { o: rows.map(point), d: rows.map(vector), t_max: ray.t_max }
+}
+
 /// Nearest hit after (t_after, primitive_after) in the order of (t, primitive), before t_max. Start with (0, NONE).
 pub fn closest_from(g: &Geometry, ray: &Ray, t_after: f32, primitive_after: u32) -> Hit {
     let mut best = Hit { t: ray.t_max, primitive: 0, ..Hit::MISS };
-    walk(g, ray, |kind, slot, primitive, t, b1, b2, t_max| {
+    walk(g, ray, |hit, t_max| {
+        let Hit { t, primitive, .. } = hit;
         let is_after = t > t_after || (t == t_after && primitive > primitive_after);
         if is_after && (t < best.t || (t == best.t && primitive < best.primitive)) {
-            best = Hit { t, b1, b2, kind, slot, primitive };
+            best = hit;
             *t_max = t;
         }
         false
@@ -157,13 +171,16 @@ pub fn closest_from(g: &Geometry, ray: &Ray, t_after: f32, primitive_after: u32)
 
 /// Whether anything but `excluded` lies on 0 < t < t_max.
 pub fn any(g: &Geometry, ray: &Ray, excluded: u32) -> bool {
-    walk(g, ray, |_, _, primitive, t, _, _, _| t > 0.0 && t < ray.t_max && primitive != excluded)
+    walk(g, ray, |hit, _| hit.t > 0.0 && hit.t < ray.t_max && hit.primitive != excluded)
 }
 
-/// Calls `hit(kind, slot, primitive, t, b1, b2, &mut t_max)` for each primitive the ray meets, until one returns true.
-fn walk(g: &Geometry, ray: &Ray, mut hit: impl FnMut(u32, u32, u32, f32, f32, f32, &mut f32) -> bool) -> bool {
-    let inverse = ray.d.map(|d| if d == 0.0 { f32::INFINITY } else { 1.0 / d });
-    let shear = Shear::new(ray.d);
+/// Calls `hit(hit, &mut t_max)` for each primitive the ray meets at t > 0, until one returns true.
+fn walk(g: &Geometry, world: &Ray, mut hit: impl FnMut(Hit, &mut f32) -> bool) -> bool {
+    let reciprocal = |d: [f32; 3]| d.map(|d| if d == 0.0 { f32::INFINITY } else { 1.0 / d });
+    let mut ray = *world;
+    let mut inverse = reciprocal(ray.d);
+    let mut shear = Shear::new(ray.d);
+    let (mut instance, mut offset) = (0, 0);
     let mut t_max = ray.t_max;
     let mut stack: Vec<(f32, u32)> = Vec::with_capacity(g.bvh.stack_size() as usize);
     let mut current = 0u32;
@@ -173,26 +190,38 @@ fn walk(g: &Geometry, ray: &Ray, mut hit: impl FnMut(u32, u32, u32, f32, f32, f3
             let count = enter_children(&g.bvh.nodes[current as usize], ray.o, inverse, t_max, &mut entered);
             entered[..count].sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
             stack.extend_from_slice(&entered[..count]);
+        } else if leaf_range(current).0 == KIND_INSTANCE {
+            instance = leaf_range(current).1 as u32;
+            let record = &g.instances[instance as usize];
+            ray = object_ray(record, world);
+            (inverse, shear, offset) = (reciprocal(ray.d), Shear::new(ray.d), record.primitive_offset);
+            if current != WORLD {
+                stack.push((0.0, WORLD));
+                current = record.first_node;
+                continue;
+            }
         } else {
             let (kind, first, count) = leaf_range(current);
+            let mut offer = |primitive: u32, slot: usize, (t, b1, b2): (f32, f32, f32)| {
+                let primitive = primitive.wrapping_add(offset);
+                t > 0.0 && hit(Hit { t, b1, b2, kind, slot: slot as u32, primitive, instance }, &mut t_max)
+            };
             for slot in first..first + count {
                 let done = match kind {
                     KIND_TRIANGLE => {
                         let r = &g.triangles[slot];
-                        let (t, b1, b2) = intersect_triangle(&shear, ray.o, [r.v0, r.v1, r.v2]);
-                        t > 0.0 && hit(kind, slot as u32, r.face, t, b1, b2, &mut t_max)
+                        offer(r.face, slot, intersect_triangle(&shear, ray.o, [r.v0, r.v1, r.v2]))
                     }
                     KIND_SPHERE => {
                         let r = &g.spheres[slot];
                         let (near, far) = intersect_sphere(ray.o, ray.d, r.center, r.radius);
-                        (near > 0.0 && hit(kind, slot as u32, r.primitive, near, 0.0, 0.0, &mut t_max))
-                            || (far > 0.0 && hit(kind, slot as u32, r.primitive, far, 0.0, 0.0, &mut t_max))
+                        offer(r.primitive, slot, (near, 0.0, 0.0)) || offer(r.primitive, slot, (far, 0.0, 0.0))
                     }
                     _ => {
                         debug_assert_eq!(kind, KIND_DISC);
                         let r = &g.discs[slot];
                         let t = intersect_disc(ray.o, ray.d, r.center, r.normal, r.radius);
-                        t > 0.0 && hit(kind, slot as u32, r.primitive, t, 0.0, 0.0, &mut t_max)
+                        offer(r.primitive, slot, (t, 0.0, 0.0))
                     }
                 };
                 if done {

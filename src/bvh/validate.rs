@@ -1,9 +1,10 @@
 //! What every traversal relies on, checked after each build in tests and debug builds.
 //!
 //! Each usable primitive lies in exactly one leaf, each box holds what is below it, kinds do not mix, `depth` is the longest
-//! path, every node but the root has one parent, and an empty slot has a box that no ray enters.
+//! path, every node but the roots has one parent, and an empty slot has a box that no ray enters. With two levels this holds for the
+//! upper one over the instances' boxes and for each mesh's; that those boxes hold the meshes is checked in `two_level`.
 
-use super::{BuildReport, Bvh, KIND_DISC, KIND_SPHERE, KIND_TRIANGLE, LEAF_BIT, Primitives, leaf_range};
+use super::{BuildReport, Bvh, KIND_DISC, KIND_INSTANCE, KIND_SPHERE, KIND_TRIANGLE, LEAF_BIT, Primitives, leaf_range};
 
 #[derive(Debug, thiserror::Error)]
 #[error("node {node}, slot {slot}: {what}")]
@@ -20,7 +21,7 @@ struct Walk<'a> {
     primitives: &'a Primitives<'a>,
     seen_nodes: Vec<bool>,
     /// By kind and number.
-    seen: [Vec<bool>; 3],
+    seen: [Vec<bool>; 4],
     depth: u32,
 }
 
@@ -30,11 +31,12 @@ pub fn validate(bvh: &Bvh, primitives: &Primitives, report: &BuildReport) -> Res
     if bvh.nodes.is_empty() {
         return fail("no root".into());
     }
-    let kept = bvh.triangle_order.len() + bvh.sphere_order.len() + bvh.disc_order.len();
+    let kept = bvh.triangle_order.len() + bvh.sphere_order.len() + bvh.disc_order.len() + bvh.instance_order.len();
     if kept + report.dropped() != primitives.len() {
         return fail(format!("{kept} kept and {} dropped of {}", report.dropped(), primitives.len()));
     }
-    let counts = [primitives.triangles.len(), primitives.spheres.len(), primitives.discs.len()];
+    let counts =
+        [primitives.triangles.len(), primitives.spheres.len(), primitives.discs.len(), primitives.instances.len()];
     let mut walk = Walk {
         bvh,
         primitives,
@@ -43,15 +45,22 @@ pub fn validate(bvh: &Bvh, primitives: &Primitives, report: &BuildReport) -> Res
         depth: 0,
     };
     walk.node(0, 1)?;
+    if walk.depth != bvh.depth {
+        return fail(format!("depth {} is stored, {} is right", bvh.depth, walk.depth));
+    }
+    walk.depth = 0;
+    for &root in &bvh.roots {
+        walk.node(root as usize, 1)?;
+    }
+    if walk.depth != bvh.mesh_depth {
+        return fail(format!("depth {} of the meshes is stored, {} is right", bvh.mesh_depth, walk.depth));
+    }
     let leaves = walk.seen.iter().flatten().filter(|s| **s).count();
     if leaves != kept {
         return fail(format!("{leaves} primitives in leaves, {kept} in the order"));
     }
     if walk.seen_nodes.iter().any(|s| !s) {
         return fail("a node without a parent".into());
-    }
-    if walk.depth != bvh.depth {
-        return fail(format!("depth {} is stored, {} is right", bvh.depth, walk.depth));
     }
     Ok(())
 }
@@ -100,8 +109,10 @@ impl Walk<'_> {
             KIND_TRIANGLE => &self.bvh.triangle_order,
             KIND_SPHERE => &self.bvh.sphere_order,
             KIND_DISC => &self.bvh.disc_order,
+            KIND_INSTANCE if first > 0 && count == 1 => &self.bvh.instance_order,
             _ => return Err(format!("kind {kind}")),
         };
+        let first = first - usize::from(kind == KIND_INSTANCE);
         let range = order.get(first..first + count).ok_or(format!("{first} + {count} of {}", order.len()))?;
         let mut whole = EMPTY;
         for &i in range {
@@ -114,6 +125,10 @@ impl Walk<'_> {
                 KIND_SPHERE => {
                     let (c, r) = self.primitives.spheres[i];
                     whole = union(whole, (c.map(|c| c - r), c.map(|c| c + r)));
+                }
+                KIND_INSTANCE => {
+                    let [lo, hi] = self.primitives.instances[i];
+                    whole = union(whole, (lo, hi));
                 }
                 _ => {
                     let d = &self.primitives.discs[i];

@@ -4,7 +4,7 @@
 //! primitives in the same order, so that neighbours in space are neighbours in memory.
 
 use super::build::Node2;
-use super::{Bvh, KIND_SPHERE, KIND_TRIANGLE, Node4, leaf_word};
+use super::{Bvh, KIND_DISC, KIND_INSTANCE, KIND_SPHERE, KIND_TRIANGLE, Node4, leaf_word};
 
 /// `nodes` in post-order (the root last, empty for no primitive), `leaf_order` (kind, number) as the leaves refer to them.
 pub(super) fn collapse(nodes: &[Node2], leaf_order: &[(u32, u32)]) -> Bvh {
@@ -66,9 +66,12 @@ fn fill(
             let order = match kind {
                 KIND_TRIANGLE => &mut bvh.triangle_order,
                 KIND_SPHERE => &mut bvh.sphere_order,
-                _ => &mut bvh.disc_order,
+                KIND_DISC => &mut bvh.disc_order,
+                _ => &mut bvh.instance_order,
             };
-            wide.child[slot] = leaf_word(kind, order.len(), count);
+            // Row 0 of the instances is the world.
+            let first_row = order.len() + usize::from(kind == KIND_INSTANCE);
+            wide.child[slot] = leaf_word(kind, first_row, count);
             order.extend(leaf_order[first..first + count].iter().map(|p| p.1));
         }
     }

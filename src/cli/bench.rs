@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use steradian::gpu::{self, Choice, Selected};
 use steradian::integrator::Settings;
 use steradian::reference::scenes;
-use steradian::report::{bench_rays, samples, specialise};
+use steradian::report::{bench_instances, bench_rays, samples, specialise};
 use steradian::scene::{self, format::toml};
 use steradian::shader::{compile::Edit, source};
 
@@ -19,7 +19,7 @@ pub struct Args {
     /// auto, an index of `steradian devices`, or part of a name
     #[arg(long, value_name = "D", default_value = "auto")]
     device: String,
-    /// Only benches whose name contains this: build, rays, samples, specialise
+    /// Only benches whose name contains this: build, rays, instances, samples, specialise
     #[arg(long, value_name = "S", default_value = "")]
     filter: String,
     /// Alternating rounds of each measurement
@@ -50,6 +50,11 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     }
     if is_wanted("rays") {
         for row in bench_rays::rays(&device)? {
+            println!("{}", serde_json::to_string(&row)?);
+        }
+    }
+    if is_wanted("instances") {
+        for row in bench_instances::run(&device, rounds)? {
             println!("{}", serde_json::to_string(&row)?);
         }
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use steradian::film::aov::Aovs;
 use steradian::film::filter::{FilterKind, PixelFilter};
-use steradian::integrator::{DEFAULT_MAX_DEPTH, Estimator, IntegratorKind, SamplerKind, Settings};
+use steradian::integrator::{DEFAULT_MAX_DEPTH, Estimator, Instancing, IntegratorKind, SamplerKind, Settings};
 use steradian::scene::{self, Film, Scene, Sky, SkyRadiance, TextureFilter};
 
 #[derive(clap::Args)]
@@ -43,6 +43,9 @@ pub struct SceneArgs {
     pub max_depth: Option<u32>,
     #[arg(long, default_value_t = 0)]
     pub seed: u32,
+    /// Whether meshes that are placed several times are kept once
+    #[arg(long, default_value = "auto")]
+    pub instances: Instancing,
     /// Sky instead of the scene's: a lat-long .hdr or .exr
     #[arg(long, value_name = "FILE")]
     pub env: Option<PathBuf>,
@@ -107,6 +110,7 @@ impl SceneArgs {
             sampler: self.sampler,
             max_depth: self.max_depth.or(scene.film.max_depth).unwrap_or(DEFAULT_MAX_DEPTH),
             seed: self.seed,
+            instancing: self.instances,
             aovs,
             ..Settings::default()
         }

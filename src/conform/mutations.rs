@@ -161,6 +161,38 @@ const MUTATIONS: &[Mutation] = &[
         caught_by: &[Image(scenes::textured)],
     },
     Mutation {
+        name: "normals of placed meshes go through the matrix, not its inverse transpose",
+        fault: text(
+            "bvh/placed.glsl",
+            "(n.x * m.to_object0.xyz + n.y * m.to_object1.xyz) + n.z * m.to_object2.xyz",
+            "vec3(dot(m.to_world0.xyz, n), dot(m.to_world1.xyz, n), dot(m.to_world2.xyz, n))",
+        ),
+        caught_by: &[Replay(scenes::placed), Image(scenes::placed)],
+    },
+    Mutation {
+        name: "mirrored placements keep the hand of their tangents",
+        fault: text(
+            "integrator/surface.glsl",
+            "(placed.flags & INSTANCE_MIRRORED) != 0u ? -n0.handedness : n0.handedness",
+            "n0.handedness",
+        ),
+        caught_by: &[Replay(scenes::placed), Image(scenes::placed)],
+    },
+    Mutation {
+        name: "the way into object space turns the wrong way",
+        fault: Fault::Records(|p| {
+            for r in p.instances.iter_mut().skip(1) {
+                (r.to_object0[1], r.to_object1[0]) = (r.to_object1[0], r.to_object0[1]);
+            }
+        }),
+        caught_by: &[Replay(scenes::placed), Image(scenes::placed)],
+    },
+    Mutation {
+        name: "all placements of a mesh look like the first",
+        fault: text("integrator/surface.glsl", "            s.material = placed.material;\n", ""),
+        caught_by: &[Replay(scenes::placed), Image(scenes::placed)],
+    },
+    Mutation {
         name: "texture coordinates are half a texel off",
         fault: Fault::Records(shift_texture_coordinates),
         caught_by: &[Image(scenes::textured)],

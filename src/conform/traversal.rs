@@ -5,6 +5,7 @@
 //! and shown, so that a change that makes it frequent is seen.
 
 mod judge;
+mod placed;
 mod soup;
 
 use super::{Gate, GateRow};
@@ -41,6 +42,7 @@ pub fn run(device: &Device, filter: &str) -> Vec<GateRow> {
     check("hits in order".into(), &soup::stack_of_copies, every_hit_is_enumerated);
     check("unlike scales".into(), &soup::geometric, against_brute_force);
     check("nothing".into(), &|| Mesh::of(Default::default()), against_brute_force);
+    rows.extend(placed::run(device, filter));
     rows
 }
 

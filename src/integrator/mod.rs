@@ -31,6 +31,19 @@ pub enum SamplerKind {
     Independent,
 }
 
+/// Whether meshes that are placed several times are kept once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, clap::ValueEnum, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Instancing {
+    /// Where it saves enough memory to pay for the time; see `prepare::instances`.
+    #[default]
+    Auto,
+    /// Wherever a mesh is used twice.
+    Always,
+    /// All geometry is flat.
+    Never,
+}
+
 /// What the command line calls an integrator, and what the documentation says of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Integrator {
@@ -74,6 +87,7 @@ pub struct Settings {
     pub seed: u32,
     /// What is stored beside radiance.
     pub aovs: Aovs,
+    pub instancing: Instancing,
 }
 
 /// Default of `Settings::max_depth`; what it cuts is counted in the ledger.
@@ -89,6 +103,7 @@ impl Default for Settings {
             roulette_edge: 4,
             seed: 0,
             aovs: Aovs::NONE,
+            instancing: Instancing::Auto,
         }
     }
 }

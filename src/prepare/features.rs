@@ -25,6 +25,8 @@ pub struct Features {
     pub triangles: bool,
     pub spheres: bool,
     pub discs: bool,
+    /// Meshes are placed: a tree of two levels.
+    pub instances: bool,
     pub sky: bool,
     pub sky_image: bool,
     /// Kinds of light that next-event estimation can choose, ascending numbers of `light::KINDS`.
@@ -86,6 +88,7 @@ impl Features {
             triangles: !p.triangles.is_empty(),
             spheres: !p.spheres.is_empty(),
             discs: !p.discs.is_empty(),
+            instances: !p.instances.is_empty(),
             sky: p.has_sky,
             sky_image: !p.sky_texels.is_empty(),
             lights,
@@ -133,6 +136,7 @@ impl Features {
             &mut self.triangles,
             &mut self.spheres,
             &mut self.discs,
+            &mut self.instances,
             &mut self.sky,
             &mut self.suns,
             &mut self.smooth_normals,
@@ -223,6 +227,7 @@ impl Features {
             ("TRIANGLE_EXACT_EDGES", true),
             ("HAS_SPHERES", self.spheres),
             ("HAS_DISCS", self.discs),
+            ("HAS_INSTANCES", self.instances),
             ("HAS_SKY", self.sky),
             ("SKY_IMAGE", self.sky_image),
             ("HAS_BACKGROUND", self.backgrounds().next().is_some()),

@@ -1,10 +1,14 @@
-//! Instances flattened to world triangles, spheres and discs, rebased in f64 so that the camera stands at the origin.
+//! Instances flattened to world triangles, spheres and discs, rebased in f64 so that the camera stands at the origin. Meshes that the plan
+//! keeps once (`instances`) come last, in their own space.
 //!
 //! Mirrored instances have their winding turned, so that "front is counter-clockwise" holds in the records. Normals go through the
 //! inverse transpose. Vertex arrays exist only where a material or a texture reads them.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
+use std::ops::Range;
+
+use super::instances::{self, Placed, Plan, rebased};
 use super::records::*;
 use crate::scene::{Instance, Mesh, Scene, Shape};
 
@@ -33,20 +37,46 @@ pub struct Geometry {
     pub colors: Vec<ColorRecord>,
     /// Number of an instance's first primitive, and its own number.
     pub objects: Vec<(u32, u32)>,
+    /// Faces of each mesh of the plan, behind the flat ones; triangles have the same numbers.
+    pub mesh_faces: Vec<Range<usize>>,
+    pub placed: Vec<Placed>,
     /// Vertices so far: the arrays that are wanted all have this length.
     vertex_count: usize,
 }
 
-/// Flattens every instance of `scene`, moved by `-origin`. Errors name the instance.
-pub fn flatten(scene: &Scene, origin: DVec3, wanted: Wanted) -> Result<Geometry, super::Error> {
+impl Geometry {
+    /// Numbers below this name faces, spheres and discs; those of placed triangles follow.
+    pub fn flat_primitive_count(&self) -> u64 {
+        (self.faces.len() + self.spheres.len() + self.discs.len()) as u64
+    }
+
+    /// Triangles that lie in the world.
+    pub fn flat_triangle_count(&self) -> usize {
+        self.mesh_faces.first().map_or(self.triangles.len(), |faces| faces.start)
+    }
+}
+
+/// Flattens every instance of `scene` that the plan does not place, moved by `-origin`. Errors name the instance.
+pub fn flatten(
+    scene: &Scene,
+    origin: DVec3,
+    wanted: Wanted,
+    plan: &Plan,
+    notes: &mut Vec<String>,
+) -> Result<Geometry, super::Error> {
     let mut g = Geometry::default();
     let rectangle = rectangle_mesh();
     let (mut of_spheres, mut of_discs) = (Vec::new(), Vec::new());
     for (index, instance) in scene.instances.iter().enumerate() {
-        let mut to_world = instance.to_world;
-        to_world.translation -= origin;
+        let to_world = rebased(&instance.to_world, origin);
         if !to_world.is_finite() {
             return Err(super::Error::Transform { instance: instance.name.clone(), what: "is not finite" });
+        }
+        let material = instance.material as u32;
+        let mesh = plan.placed[index];
+        if mesh != NONE {
+            g.placed.push(Placed::new(mesh, &to_world, material, index as u32));
+            continue;
         }
         match instance.shape {
             Shape::Mesh(_) | Shape::Rectangle => g.objects.push((g.faces.len() as u32, index as u32)),
@@ -54,11 +84,16 @@ pub fn flatten(scene: &Scene, origin: DVec3, wanted: Wanted) -> Result<Geometry,
             Shape::Disc => of_discs.push(index as u32),
         }
         match instance.shape {
-            Shape::Mesh(mesh) => append_mesh(&mut g, &scene.meshes[mesh], instance, &to_world, wanted)?,
-            Shape::Rectangle => append_mesh(&mut g, &rectangle, instance, &to_world, wanted)?,
+            Shape::Mesh(mesh) => append_mesh(&mut g, &scene.meshes[mesh], material, &to_world, wanted)?,
+            Shape::Rectangle => append_mesh(&mut g, &rectangle, material, &to_world, wanted)?,
             Shape::Sphere => append_sphere(&mut g, instance, &to_world)?,
             Shape::Disc => append_disc(&mut g, instance, index, &to_world)?,
         }
+    }
+    for &mesh in &plan.meshes {
+        let first = g.faces.len();
+        append_mesh(&mut g, &scene.meshes[mesh], 0, &DAffine3::IDENTITY, wanted)?;
+        g.mesh_faces.push(first..g.faces.len());
     }
     for (number, sphere) in g.spheres.iter_mut().enumerate() {
         sphere.primitive = (g.faces.len() + number) as u32;
@@ -69,13 +104,14 @@ pub fn flatten(scene: &Scene, origin: DVec3, wanted: Wanted) -> Result<Geometry,
     // Faces first, then spheres, then discs: as they are numbered.
     g.objects.extend(g.spheres.iter().map(|s| s.primitive).zip(of_spheres));
     g.objects.extend(g.discs.iter().map(|d| d.primitive).zip(of_discs));
+    instances::number(&mut g, notes);
     Ok(g)
 }
 
 fn append_mesh(
     g: &mut Geometry,
     mesh: &Mesh,
-    instance: &Instance,
+    material: u32,
     to_world: &DAffine3,
     wanted: Wanted,
 ) -> Result<(), super::Error> {
@@ -137,7 +173,7 @@ fn append_mesh(
             v2: positions[c as usize],
             face,
             light: NONE,
-            material: instance.material as u32,
+            material,
         });
     }
     Ok(())

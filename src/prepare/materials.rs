@@ -269,8 +269,7 @@ pub fn camera_medium(p: &Prepared) -> u32 {
         }
     };
     let vec = |a: [f32; 3]| DVec3::new(a[0].into(), a[1].into(), a[2].into());
-    for t in &p.triangles {
-        let (a, b, c) = (vec(t.v0), vec(t.v1), vec(t.v2));
+    for ([a, b, c], material) in p.triangles_towards(direction) {
         let normal = (b - a).cross(c - a);
         let along = normal.dot(direction);
         if along == 0.0 {
@@ -280,7 +279,7 @@ pub fn camera_medium(p: &Prepared) -> u32 {
         let hit = direction * distance;
         let side = |u: DVec3, v: DVec3| (v - u).cross(hit - u).dot(normal) >= 0.0;
         if side(a, b) && side(b, c) && side(c, a) {
-            meet(distance, along > 0.0, t.material);
+            meet(distance, along > 0.0, material);
         }
     }
     for s in &p.spheres {

@@ -4,6 +4,7 @@
 
 pub mod features;
 pub mod geometry;
+pub mod instances;
 pub mod lights;
 pub mod materials;
 pub mod pattern;
@@ -11,7 +12,7 @@ pub mod records;
 
 use glam::DVec3;
 
-use crate::bvh::{self, Bvh};
+use crate::bvh::{self, Bvh, traverse};
 use crate::camera;
 use crate::integrator::{Estimator, Settings};
 use crate::light;
@@ -60,7 +61,9 @@ pub struct Prepared {
     pub spheres: Vec<SphereRecord>,
     /// In leaf order.
     pub discs: Vec<DiscRecord>,
-    /// By face number (`TriangleRecord::face`).
+    /// Placed meshes, the world first; empty in a scene of one level.
+    pub instances: Vec<InstanceRecord>,
+    /// By face number (`TriangleRecord::face`). Those of placed meshes come last, and what they name is in the mesh's own space.
     pub faces: Vec<FaceRecord>,
     /// By vertex number. Empty when no face has smooth normals or tangents.
     pub normals: Vec<NormalRecord>,
@@ -107,15 +110,27 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
     let origin = scene.camera.to_world.translation;
     let mut resolved = materials::resolve(scene);
     resolved.wanted.uvs |= settings.aovs.has("uv");
-    let geometry = geometry::flatten(scene, origin, resolved.wanted)?;
+    let emits = |material: usize| resolved.materials[material].flags & MATERIAL_EMITS != 0;
+    let plan = instances::plan(scene, origin, settings.instancing, emits);
+    let geometry = geometry::flatten(scene, origin, resolved.wanted, &plan, &mut resolved.notes)?;
+    drop(plan);
 
     let start = std::time::Instant::now();
     let positions: Vec<[[f32; 3]; 3]> = geometry.triangles.iter().map(|t| [t.v0, t.v1, t.v2]).collect();
     let balls: Vec<([f32; 3], f32)> = geometry.spheres.iter().map(|s| (s.center, s.radius)).collect();
     let plate = |d: &DiscRecord| bvh::Disc { center: d.center, normal: d.normal, radius: d.radius };
     let plates: Vec<bvh::Disc> = geometry.discs.iter().map(plate).collect();
-    let primitives = bvh::Primitives { triangles: &positions, spheres: &balls, discs: &plates };
-    let (tree, report) = bvh::build(&primitives)?;
+    let (flat, meshes) = positions.split_at(geometry.flat_triangle_count());
+    let primitives = bvh::Primitives { triangles: flat, spheres: &balls, discs: &plates, ..Default::default() };
+    let (tree, report) = if geometry.placed.is_empty() {
+        bvh::build(&primitives)?
+    } else {
+        let meshes: Vec<_> =
+            geometry.mesh_faces.iter().map(|f| &meshes[f.start - flat.len()..f.end - flat.len()]).collect();
+        let placed: Vec<_> = geometry.placed.iter().map(instances::Placed::placement).collect();
+        bvh::two_level::build_two_level(&primitives, &meshes, &placed)?
+    };
+    drop(positions);
     let bvh_s = start.elapsed().as_secs_f64();
 
     let mut p = Prepared {
@@ -126,6 +141,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
         triangles: tree.triangle_order.iter().map(|&i| geometry.triangles[i as usize]).collect(),
         spheres: tree.sphere_order.iter().map(|&i| geometry.spheres[i as usize]).collect(),
         discs: tree.disc_order.iter().map(|&i| geometry.discs[i as usize]).collect(),
+        instances: instances::records(&geometry, &tree),
         bvh: tree,
         faces: geometry.faces,
         normals: geometry.normals,
@@ -183,7 +199,9 @@ fn attach_lights(p: &mut Prepared, scene: &Scene, emission: &[DVec3], compensate
         flags & MATERIAL_EMITS != 0 && flags & (MATERIAL_MASK | MATERIAL_BLEND) == 0
     };
     let is_two_sided = |material: u32| p.materials[material as usize].flags & MATERIAL_EMITS_TWO_SIDED != 0;
-    let triangle_rows: Vec<usize> = (0..p.triangles.len()).filter(|&i| shines(p.triangles[i].material)).collect();
+    // Placed meshes do not emit.
+    let triangle_rows: Vec<usize> =
+        (0..p.bvh.flat_triangle_count()).filter(|&i| shines(p.triangles[i].material)).collect();
     let sphere_rows: Vec<usize> = (0..p.spheres.len()).filter(|&i| shines(p.spheres[i].material)).collect();
     let triangles = triangle_rows.iter().map(|&i| {
         let TriangleRecord { v0, v1, v2, face, material, .. } = p.triangles[i];
@@ -247,6 +265,22 @@ impl Prepared {
         object_of(&self.objects, primitive)
     }
 
+    /// The triangles that lie in the world.
+    pub fn flat_triangles(&self) -> &[TriangleRecord] {
+        &self.triangles[..self.bvh.flat_triangle_count()]
+    }
+
+    /// The table of instances as a kernel reads it, which knows the world in any case.
+    pub fn instances_or_world(&self) -> &[InstanceRecord] {
+        if self.instances.is_empty() { &[instances::WORLD_RECORD] } else { &self.instances }
+    }
+
+    /// What rays are traced against.
+    pub fn geometry(&self) -> traverse::Geometry<'_> {
+        let Self { bvh, triangles, spheres, discs, instances, .. } = self;
+        traverse::Geometry { bvh, triangles, spheres, discs, instances }
+    }
+
     /// Radius of a sphere about the box of all primitives, metres; 1 where there is none.
     pub fn bounding_radius(&self) -> f64 {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -255,7 +289,7 @@ impl Prepared {
             low = low.min(v - f64::from(r));
             high = high.max(v + f64::from(r));
         };
-        for t in &self.triangles {
+        for t in self.flat_triangles() {
             [t.v0, t.v1, t.v2].into_iter().for_each(|v| add(v, 0.0));
         }
         for s in &self.spheres {
@@ -263,6 +297,12 @@ impl Prepared {
         }
         for d in &self.discs {
             add(d.center, d.radius);
+        }
+        for m in self.instances.iter().skip(1) {
+            // The upper tree's boxes would do but for their margin.
+            let [lo, hi] = bvh::two_level::world_box(&m.to_world(), self.bvh.bounds_below(m.first_node));
+            low = low.min(lo);
+            high = high.max(hi);
         }
         let radius = 0.5 * (high - low).length();
         if low.x <= high.x && radius > 0.0 && radius.is_finite() { radius } else { 1.0 }

@@ -253,21 +253,32 @@ gpu_record! {
     pub struct MediumRecord { absorption: [f32; 3], reserved: f32 }
 }
 gpu_record! {
-    /// Laid out for two-level traversal; scenes are flattened for now, so no table of it is uploaded.
+    /// A mesh placed in the world, upper leaf order. Row 0 is the world itself: the identity, where flat geometry lies.
     pub struct InstanceRecord {
-        /// Rows of the 3x4 object-to-world matrix, rebased to the camera.
+        /// Rows of the 3x4 object-to-world matrix, rebased to the camera in f64. The f32 numbers are the truth.
         to_world0: [f32; 4],
         to_world1: [f32; 4],
         to_world2: [f32; 4],
+        /// Its inverse, from f64.
         to_object0: [f32; 4],
         to_object1: [f32; 4],
         to_object2: [f32; 4],
+        /// Root of the mesh's tree, a node of `bvh`.
         first_node: u32,
-        /// Bit 0: mirrored (negative determinant).
+        /// Row of `materials`; that of the mesh's triangles does not count.
+        material: u32,
+        /// INSTANCE_MIRRORED; bits 8..=15 are kept for a visibility mask (all set), bits 16..=31 for a light group (0).
         flags: u32,
-        visibility: u32,
-        light_group: u32,
+        /// Added to a face's number (wrapping), gives the placed triangle's own: no two have the same unless there are more than 2^32.
+        primitive_offset: u32,
+        /// Number in the scene's list of instances.
+        object: u32,
+        /// Kept for motion: a row with a time range and a second matrix. NONE: at rest.
+        motion: u32,
+        /// Kept for the media outside and inside. NONE: as the material says.
         media: [u32; 2],
-        time_range: [f32; 2],
     }
 }
+/// The determinant is negative: the bitangent turns round.
+pub const INSTANCE_MIRRORED: u32 = 1;
+pub const INSTANCE_VISIBLE_TO_ALL: u32 = 0xff << 8;

@@ -4,6 +4,7 @@
 //! camera is a narrow cone (2 mrad), so that the answer at its axis holds to 1e-6 where it depends on the point.
 
 pub mod lights;
+pub mod placed;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -301,6 +302,7 @@ pub fn all() -> Vec<Known> {
         mirror_ball(),
         absorbing_slab(),
         lamp_in_glass(),
+        placed::scaled_copies(),
     ];
     all.extend(lights::all());
     all

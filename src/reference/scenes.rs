@@ -4,6 +4,7 @@
 
 mod layers;
 pub mod lights;
+mod placed;
 
 pub use layers::layers;
 
@@ -13,6 +14,7 @@ use glam::{DAffine3, DQuat, DVec3};
 
 use super::known::{camera, lambert, lamp, material, place, sphere_at};
 use crate::scene::*;
+pub use placed::placed;
 
 fn empty(name: &str, camera: Camera, size: u32) -> Scene {
     Scene { name: name.to_owned(), camera, film: Film::sized(size, size), ..Scene::default() }
@@ -151,7 +153,7 @@ pub fn textured(size: u32) -> Scene {
     let painted = |value| material("lambert", &[("albedo", value)]);
     let floor = wall(DVec3::ZERO, DVec3::Y, [3.0, 3.0]);
     place(&mut s, "floor", Shape::Rectangle, floor, painted(look_up(2, 2.0, 0.3)));
-    s.meshes.push(bumpy_sphere());
+    s.meshes.push(bumpy_sphere(24, 12));
     let body =
         |scale, angle, center| DAffine3::from_scale_rotation_translation(scale, DQuat::from_rotation_z(angle), center);
     place(&mut s, "stretched", Shape::Mesh(0), stretched_ball(), painted(look_up(0, 2.0, 0.0)));
@@ -218,9 +220,8 @@ pub fn mipmapped(size: u32) -> Scene {
     s
 }
 
-/// Unit sphere of 24 x 12 quads with smooth normals, uvs, tangents and vertex colours.
-fn bumpy_sphere() -> Mesh {
-    let (columns, rows) = (24u32, 12u32);
+/// Unit sphere of columns x rows quads with smooth normals, uvs, tangents and vertex colours.
+fn bumpy_sphere(columns: u32, rows: u32) -> Mesh {
     let mut mesh = Mesh { name: "ball".to_owned(), ..Mesh::default() };
     let (mut normals, mut tangents, mut uvs, mut colors) = (vec![], vec![], vec![], vec![]);
     for j in 0..=rows {
@@ -355,5 +356,6 @@ pub fn all(size: u32) -> Vec<Scene> {
         lights::lamps(size),
         lights::glowing(size),
         layers(size),
+        placed(size),
     ]
 }

@@ -10,7 +10,7 @@ use super::path::{World, trace};
 use super::replay::Replay;
 use super::{meters, render, scenes};
 use crate::film::Film;
-use crate::integrator::{Estimator, SamplerKind, Settings};
+use crate::integrator::{Estimator, Instancing, SamplerKind, Settings};
 use crate::light::alias::AliasTable;
 use crate::light::{LIGHT_SKY, LIGHT_SPHERE};
 use crate::prepare;
@@ -50,7 +50,12 @@ fn replay(scene: &Scene, settings: &Settings) -> Replay {
 fn closed_forms_hold_with_every_estimator() {
     for known in known::all().into_iter().chain(meters::all()) {
         for estimator in ESTIMATORS {
-            let settings = Settings { estimator, sampler: SamplerKind::Independent, ..Settings::default() };
+            let settings = Settings {
+                estimator,
+                sampler: SamplerKind::Independent,
+                instancing: Instancing::Always,
+                ..Settings::default()
+            };
             if estimator == Estimator::Bsdf && known.scene.has_delta_lights() {
                 continue;
             }

@@ -4,9 +4,13 @@
 //! triangles that share an edge are exactly opposite in IEEE arithmetic, so rays do not slip between them. Spheres by the
 //! quadratic whose discriminant is taken from the distance of the centre to the ray (Haines et al., Ray Tracing Gems 2019,
 //! ch. 7), discs by the plane and the distance from the centre. No epsilon: a ray names the primitive it leaves. A plane cannot be hit again from itself; a sphere can be hit
-//! only on its far side, and only when the ray goes inside. Boxes are widened as in Ize 2013. Tests below: brute force.
+//! only on its far side, and only when the ray goes inside. Boxes are widened as in Ize 2013. A level above holds trees of triangles that
+//! are placed by a matrix (`Placed`); their triangles are numbered through, so that callers see one kind of number. Tests below: brute force.
 
-use glam::{DVec2, DVec3};
+use std::ops::Range;
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec2, DVec3};
 
 use crate::prepare::records::NONE;
 
@@ -54,6 +58,47 @@ pub enum Shape {
         normal: DVec3,
         radius: f64,
     },
+}
+
+/// A tree of triangles in a space of its own, placed in the world. Its triangle k has the world's number `first + k`.
+#[derive(Clone, Debug)]
+pub struct Placed {
+    pub first: u32,
+    pub count: u32,
+    pub to_world: DAffine3,
+    to_object: DAffine3,
+    tree: Arc<Tree>,
+}
+
+impl Placed {
+    pub fn new(tree: Arc<Tree>, to_world: DAffine3, first: u32, count: u32) -> Self {
+        Self { first, count, to_world, to_object: to_world.inverse(), tree }
+    }
+
+    fn bounds(&self) -> Bounds {
+        let Some(root) = self.tree.nodes.first() else { return Bounds::EMPTY };
+        let corner = |i: u32| {
+            let pick = |bit: u32, k: usize| if i >> bit & 1 == 1 { root.bounds.max[k] } else { root.bounds.min[k] };
+            self.to_world.transform_point3(DVec3::new(pick(0, 0), pick(1, 1), pick(2, 2)))
+        };
+        let exact = (0..8).map(corner).fold(Bounds::EMPTY, |b, p| b.union(Bounds { min: p, max: p }));
+        // What f64 does to a ray's way there and back, far above 2^-53 of all that enters.
+        let margin = 1e-12
+            * (exact.min.abs().max(exact.max.abs()).max_element() + self.to_world.translation.abs().max_element());
+        Bounds { min: exact.min - margin, max: exact.max + margin }
+    }
+
+    /// The ray in the mesh's space, with its numbers; distances are the world's.
+    fn object_ray(&self, ray: &Ray) -> Ray {
+        let number = |n: u32| n.checked_sub(self.first).filter(|k| *k < self.count).unwrap_or(NONE);
+        Ray {
+            origin: self.to_object.transform_point3(ray.origin),
+            direction: self.to_object.transform_vector3(ray.direction),
+            leaves: number(ray.leaves),
+            ignores: number(ray.ignores),
+            cone: ray.cone,
+        }
+    }
 }
 
 impl Shape {
@@ -201,6 +246,15 @@ pub struct Tree {
     nodes: Vec<Node>,
     /// In leaf order.
     shapes: Vec<Stored>,
+    placed: Option<Box<Upper>>,
+}
+
+/// The upper level: boxes of placements, visited after the shapes of the world.
+#[derive(Clone, Debug)]
+struct Upper {
+    nodes: Vec<Node>,
+    /// In leaf order.
+    placed: Vec<Placed>,
 }
 
 impl Tree {
@@ -215,7 +269,26 @@ impl Tree {
             return Self::default();
         }
         let nodes = build(&mut items, 0, 0);
-        Self { nodes, shapes: items.into_iter().map(|(number, shape, _)| Stored::new(number, shape)).collect() }
+        let shapes = items.into_iter().map(|(number, shape, _)| Stored::new(number, shape)).collect();
+        Self { nodes, shapes, placed: None }
+    }
+
+    /// The same with a level above for placed trees. Those that hold nothing finite are left out.
+    pub fn with_placed(self, placed: Vec<Placed>) -> Self {
+        let mut items: Vec<(u32, Placed, Bounds)> = placed
+            .into_iter()
+            .map(|p| {
+                let bounds = p.bounds();
+                (p.first, p, bounds)
+            })
+            .filter(|(_, _, b)| b.min.is_finite() && b.max.is_finite())
+            .collect();
+        if items.is_empty() {
+            return self;
+        }
+        let nodes = build(&mut items, 0, 0);
+        let placed = items.into_iter().map(|i| i.1).collect();
+        Self { placed: Some(Box::new(Upper { nodes, placed })), ..self }
     }
 
     /// First hit with 0 < t <= t_max in the order (t, primitive), past `after` in that order.
@@ -246,56 +319,82 @@ impl Tree {
 
     /// Calls `found` with hits in 0 < t <= limit, in no order; it returns the new limit, negative to stop. Hits before `t_min`
     /// may be left out.
-    #[inline(always)]
     fn visit(&self, ray: &Ray, t_min: f64, mut t_max: f64, mut found: impl FnMut(Hit) -> f64) {
-        let Some(root) = self.nodes.first() else { return };
-        let inverse = ray.direction.recip();
-        let mut stack = [(0u32, 0.0f64); STACK_SIZE];
-        let mut depth = 0;
-        let entry = root.bounds.entry(ray.origin, inverse, t_min, t_max);
-        if entry == f64::INFINITY {
-            return;
-        }
-        let mut next = Some((0u32, entry));
-        while let Some((index, entry)) = next.take().or_else(|| {
-            depth = usize::checked_sub(depth, 1)?;
-            Some(stack[depth])
-        }) {
-            if entry > t_max {
-                if depth == 0 {
+        self.visit_shapes(ray, t_min, &mut t_max, &mut found);
+        let Some(upper) = self.placed.as_ref().filter(|_| t_max >= 0.0) else { return };
+        walk(&upper.nodes, ray, t_min, &mut t_max, |leaf, t_max| {
+            for placed in &upper.placed[leaf] {
+                let local = placed.object_ray(ray);
+                let mut found = |hit: Hit| found(Hit { primitive: hit.primitive + placed.first, ..hit });
+                placed.tree.visit_shapes(&local, t_min, t_max, &mut found);
+                if *t_max < 0.0 {
                     return;
                 }
-                continue;
             }
-            let node = &self.nodes[index as usize];
-            if node.count == 0 {
-                let children = [index + 1, node.at];
-                let entries = children.map(|c| self.nodes[c as usize].bounds.entry(ray.origin, inverse, t_min, t_max));
-                let (near, far) = if entries[0] <= entries[1] { (0, 1) } else { (1, 0) };
-                if entries[far] < f64::INFINITY {
-                    stack[depth] = (children[far], entries[far]);
-                    depth += 1;
-                }
-                if entries[near] < f64::INFINITY {
-                    next = Some((children[near], entries[near]));
-                }
-                continue;
-            }
-            for stored in &self.shapes[node.at as usize..(node.at + node.count) as usize] {
+        });
+    }
+
+    #[inline(always)]
+    fn visit_shapes(&self, ray: &Ray, t_min: f64, t_max: &mut f64, mut found: impl FnMut(Hit) -> f64) {
+        walk(&self.nodes, ray, t_min, t_max, |leaf, t_max| {
+            for stored in &self.shapes[leaf] {
                 if stored.number == ray.ignores {
                     continue;
                 }
-                stored.intersect(ray, t_max, |hit| t_max = t_max.min(found(hit)));
-                if t_max < 0.0 {
+                stored.intersect(ray, *t_max, |hit| *t_max = t_max.min(found(hit)));
+                if *t_max < 0.0 {
                     return;
                 }
             }
+        });
+    }
+}
+
+/// Calls `visit` with the items of each leaf that the ray enters before `t_max`, nearest first, until that is negative.
+#[inline(always)]
+fn walk(nodes: &[Node], ray: &Ray, t_min: f64, t_max: &mut f64, mut visit: impl FnMut(Range<usize>, &mut f64)) {
+    let Some(root) = nodes.first() else { return };
+    let inverse = ray.direction.recip();
+    let mut stack = [(0u32, 0.0f64); STACK_SIZE];
+    let mut depth = 0;
+    let entry = root.bounds.entry(ray.origin, inverse, t_min, *t_max);
+    if entry == f64::INFINITY {
+        return;
+    }
+    let mut next = Some((0u32, entry));
+    while let Some((index, entry)) = next.take().or_else(|| {
+        depth = usize::checked_sub(depth, 1)?;
+        Some(stack[depth])
+    }) {
+        if entry > *t_max {
+            if depth == 0 {
+                return;
+            }
+            continue;
+        }
+        let node = &nodes[index as usize];
+        if node.count == 0 {
+            let children = [index + 1, node.at];
+            let entries = children.map(|c| nodes[c as usize].bounds.entry(ray.origin, inverse, t_min, *t_max));
+            let (near, far) = if entries[0] <= entries[1] { (0, 1) } else { (1, 0) };
+            if entries[far] < f64::INFINITY {
+                stack[depth] = (children[far], entries[far]);
+                depth += 1;
+            }
+            if entries[near] < f64::INFINITY {
+                next = Some((children[near], entries[near]));
+            }
+            continue;
+        }
+        visit(node.at as usize..(node.at + node.count) as usize, t_max);
+        if *t_max < 0.0 {
+            return;
         }
     }
 }
 
 /// Nodes of `items` in depth-first order; `first` is the place of `items[0]` among all shapes.
-fn build(items: &mut [(u32, Shape, Bounds)], first: usize, depth: usize) -> Vec<Node> {
+fn build<T: Send>(items: &mut [(u32, T, Bounds)], first: usize, depth: usize) -> Vec<Node> {
     let bounds = items.iter().fold(Bounds::EMPTY, |b, i| b.union(i.2));
     let leaf = Node { bounds, at: first as u32, count: items.len() as u32 };
     if items.len() <= LEAF_SIZE {
@@ -320,7 +419,7 @@ fn build(items: &mut [(u32, Shape, Bounds)], first: usize, depth: usize) -> Vec<
 
 /// Orders `items` about the best of 15 planes an axis by the surface area heuristic (MacDonald and Booth 1990, binned as in
 /// Wald 2007), or about the median where no plane parts them; returns the first of the right side.
-fn split(items: &mut [(u32, Shape, Bounds)], bounds: &Bounds) -> usize {
+fn split<T>(items: &mut [(u32, T, Bounds)], bounds: &Bounds) -> usize {
     const BINS: usize = 16;
     let centers = items.iter().fold(Bounds::EMPTY, |b, i| {
         let c = i.2.center();
@@ -371,7 +470,7 @@ fn split(items: &mut [(u32, Shape, Bounds)], bounds: &Bounds) -> usize {
 }
 
 /// Halves `items` along the longest axis of their centres.
-fn split_median(items: &mut [(u32, Shape, Bounds)]) -> usize {
+fn split_median<T>(items: &mut [(u32, T, Bounds)]) -> usize {
     let (min, max) = items.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), i| {
         let c = i.2.center();
         (min.min(c), max.max(c))

@@ -83,7 +83,7 @@ pub fn rays(device: &Device) -> Result<Vec<RayBench>, TraceError> {
         TriangleRecord { v0, v1, v2, face: i, ..Default::default() }
     };
     let triangles: Vec<_> = bvh.triangle_order.iter().map(record).collect();
-    let g = Geometry { bvh: &bvh, triangles: &triangles, spheres: &[], discs: &[] };
+    let g = Geometry { bvh: &bvh, triangles: &triangles, spheres: &[], discs: &[], instances: &[] };
     let tracer = Tracer::new(device, &g)?;
 
     let primary: Vec<Ray> = (0..SIDE * SIDE).map(camera_ray).collect();
@@ -154,13 +154,13 @@ fn scalar_hit(g: &Geometry, question: Question, ray: &Ray) -> (u32, u32, u32) {
     (h.kind, h.primitive, h.t.to_bits())
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     values[values.len() / 2]
 }
 
 /// A word from two numbers (Wellons' lowbias32 on their mix): no stream to keep, so rays are the same on any number of threads.
-fn unit(i: usize, k: u32) -> f32 {
+pub(super) fn unit(i: usize, k: u32) -> f32 {
     let mut x = (i as u32).wrapping_mul(0x9e37_79b9) ^ k.wrapping_mul(0x85eb_ca6b);
     x = (x ^ x >> 16).wrapping_mul(0x7feb_352d);
     x = (x ^ x >> 15).wrapping_mul(0x846c_a68b);

@@ -3,19 +3,29 @@
 use serde::Serialize;
 
 use crate::bsdf;
+use crate::bvh::Node4;
 use crate::error::Error;
 use crate::gpu::Device;
 use crate::gpu::renderer::{KernelOptions, KernelStats, Renderer};
 use crate::integrator::Settings;
 use crate::prepare::Prepared;
 use crate::prepare::features::Features;
+use crate::prepare::records::InstanceRecord;
 use crate::shader::assemble;
 use crate::shader::tables::TABLES;
 
 /// The report of `inspect`.
 #[derive(Debug, Serialize)]
 pub struct Inspection {
+    /// In the table: those of a placed mesh once.
     pub triangles: usize,
+    /// Placed meshes; 0 in a scene of one level.
+    pub placements: usize,
+    pub placed_meshes: usize,
+    /// Triangles that the placements stand for.
+    pub placed_triangles: u64,
+    /// What a placement costs, with its share of the upper tree; 0 without any.
+    pub bytes_a_placement: f64,
     pub spheres: usize,
     pub discs: usize,
     pub materials: usize,
@@ -57,10 +67,17 @@ pub fn inspect(prepared: &Prepared, settings: &Settings) -> Inspection {
     }
     let tables: Vec<(&'static str, u64)> =
         features.tables().map(|t| (t.name, (t.rows)(prepared).len() as u64 * 16)).collect();
-    let geometry = ["bvh", "triangles", "faces", "normals", "tangents", "uvs", "colors"];
+    let geometry = ["bvh", "instances", "triangles", "faces", "normals", "tangents", "uvs", "colors"];
+    let placements = prepared.instances.len().saturating_sub(1);
+    let upper_nodes = prepared.bvh.roots.first().map_or(0, |&first| first as usize);
+    let upper_bytes = size_of::<InstanceRecord>() * placements + size_of::<Node4>() * upper_nodes;
     let geometry_bytes: u64 = tables.iter().filter(|(name, _)| geometry.contains(name)).map(|(_, b)| b).sum();
     Inspection {
         triangles: prepared.triangles.len(),
+        placements,
+        placed_meshes: prepared.bvh.roots.len(),
+        placed_triangles: prepared.placed_triangle_count(),
+        bytes_a_placement: upper_bytes as f64 / placements.max(1) as f64,
         spheres: prepared.spheres.len(),
         discs: prepared.discs.len(),
         materials: prepared.materials.len(),
@@ -127,6 +144,12 @@ impl Inspection {
         );
         if !self.variants.is_empty() {
             text += &format!("material variants: {}\n", self.variants.join(", "));
+        }
+        if self.placements > 0 {
+            text += &format!(
+                "{} placements of {} meshes stand for {} triangles, {:.0} bytes each\n",
+                self.placements, self.placed_meshes, self.placed_triangles, self.bytes_a_placement
+            );
         }
         text += &format!("in:  {}\nout: {}\n", self.features_in.join(" "), self.features_out.join(" "));
         text += "table            bytes\n";

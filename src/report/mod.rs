@@ -1,5 +1,6 @@
 //! Reports: what `inspect` and `bench` print.
 
+pub mod bench_instances;
 pub mod bench_rays;
 pub mod converge;
 pub mod inspect;

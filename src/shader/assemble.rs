@@ -89,6 +89,8 @@ pub fn includes(f: &Features) -> Vec<String> {
     add(f.spheres, "bvh/sphere");
     add(f.discs, "bvh/disc");
     add(true, "bvh/spawn");
+    add(f.instances, "bvh/instance");
+    add(f.instances, "bvh/placed");
     add(true, "bvh/closest");
     add(f.next_event() && !f.alpha, "bvh/any");
     add(true, "bsdf/common");

@@ -13,8 +13,8 @@ use crate::bvh::traverse::{Geometry, Hit, NONE, Ray};
 use crate::prepare::records::{DiscRecord, SphereRecord, TriangleRecord};
 
 /// Subtraction, two shear products, a difference, and the f32 direction's own shear quotient: 5, in two components.
-const ULPS: f64 = 8.0;
-const EPS: f64 = 1.0 / 16_777_216.0;
+pub const ULPS: f64 = 8.0;
+pub const EPS: f64 = 1.0 / 16_777_216.0;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Judgement {
@@ -60,7 +60,7 @@ impl fmt::Display for Tally {
 
 /// A primitive seen along a ray in f64: distances, how far inside (0 = on the outline), and what rounding does to both.
 #[derive(Clone, Copy)]
-struct Seen {
+pub struct Seen {
     t: [f64; 2],
     margin: f64,
     margin_error: f64,
@@ -72,17 +72,23 @@ fn vector(v: [f32; 3]) -> DVec3 {
 }
 
 fn see_triangle(ray: &Ray, r: &TriangleRecord) -> Option<Seen> {
-    let (t, margin) = brute::plane_of_triangle(ray, r)?;
+    see_corners(ray, [r.v0, r.v1, r.v2].map(vector), |far| ULPS * EPS * far)
+}
+
+/// `moved` says how far rounding moves a vertex as the ray sees it, given its distance.
+pub fn see_corners(ray: &Ray, corners: [DVec3; 3], moved: impl Fn(f64) -> f64) -> Option<Seen> {
+    let (t, margin) = brute::plane_of_corners(ray, corners)?;
     let (o, d) = (vector(ray.o), vector(ray.d));
-    let v = [r.v0, r.v1, r.v2].map(|v| vector(v) - o);
+    let v = corners.map(|v| v - o);
     // Distance and offset from the ray's line of each vertex; the doubled area as the ray sees it.
     let across = v.map(|p| p - d * (p.dot(d) / d.length_squared()));
     let far = v.iter().map(|p| p.length()).fold(0.0, f64::max);
     let wide = across.iter().map(|p| p.length()).fold(0.0, f64::max);
     let area = (across[1] - across[0]).cross(across[2] - across[0]).length();
-    let margin_error = (2.0 * wide * ULPS * EPS * far + 4.0 * EPS * wide * wide) / area;
+    let moved = moved(far);
+    let margin_error = (2.0 * wide * moved + 4.0 * EPS * wide * wide) / area;
     let size = (v[1] - v[0]).length().max((v[2] - v[0]).length());
-    let t_error = 3.0 * margin_error * size + ULPS * EPS * far;
+    let t_error = 3.0 * margin_error * size + moved;
     Some(Seen { t: [t; 2], margin, margin_error, t_error })
 }
 
@@ -127,7 +133,27 @@ impl Seen {
 }
 
 pub fn judge(g: &Geometry, ray: &Ray, hit: &Hit, nearest: Option<Nearest>) -> Judgement {
-    let expected = nearest.and_then(|n| see(g, ray, n.primitive).map(|s| (n, s)));
+    // The f64 line may pass by a sphere: only rounding at the outline can hit it.
+    let grazes = |primitive: u32| {
+        let sphere = g.spheres.iter().find(|r| r.primitive == primitive);
+        sphere.is_some_and(|r| {
+            let (f, d) = (vector(ray.o) - vector(r.center), vector(ray.d));
+            let off = (f - d * (f.dot(d) / d.length_squared())).length();
+            off - f64::from(r.radius) <= ULPS * EPS * (f.length() + f64::from(r.radius))
+        })
+    };
+    judge_seen(ray, hit, nearest, &|primitive| see(g, ray, primitive), &grazes)
+}
+
+/// `see` looks at a primitive by its number; `grazes` says that rounding may hit one that the f64 line passes by.
+pub fn judge_seen(
+    ray: &Ray,
+    hit: &Hit,
+    nearest: Option<Nearest>,
+    see: &dyn Fn(u32) -> Option<Seen>,
+    grazes: &dyn Fn(u32) -> bool,
+) -> Judgement {
+    let expected = nearest.and_then(|n| see(n.primitive).map(|s| (n, s)));
     let is_at_end = |n: &Nearest, s: &Seen| n.t <= s.t_error || f64::from(ray.t_max) - n.t <= s.t_error;
     if hit.kind == NONE {
         return match expected {
@@ -136,14 +162,9 @@ pub fn judge(g: &Geometry, ray: &Ray, hit: &Hit, nearest: Option<Nearest>) -> Ju
             Some(_) => Judgement::Wrong("missed"),
         };
     }
-    let Some(seen) = see(g, ray, hit.primitive) else {
-        // The f64 line passes by a sphere: only rounding at the outline can hit it.
-        let by = g.spheres.iter().find(|r| r.primitive == hit.primitive).map(|r| {
-            let (f, d) = (vector(ray.o) - vector(r.center), vector(ray.d));
-            let off = (f - d * (f.dot(d) / d.length_squared())).length();
-            off - f64::from(r.radius) <= ULPS * EPS * (f.length() + f64::from(r.radius))
-        });
-        return if by == Some(true) { Judgement::Edge } else { Judgement::Wrong("hit what the line does not meet") };
+    let Some(seen) = see(hit.primitive) else {
+        let is_explained = grazes(hit.primitive);
+        return if is_explained { Judgement::Edge } else { Judgement::Wrong("hit what the line does not meet") };
     };
     if seen.margin < -seen.margin_error {
         return Judgement::Wrong("hit outside the primitive");

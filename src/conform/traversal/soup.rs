@@ -31,7 +31,8 @@ pub struct Mesh {
 impl Mesh {
     /// Face numbers count the triangles, spheres go on from there, and discs after them.
     pub fn of(Soup { triangles, spheres, discs }: Soup) -> Mesh {
-        let primitives = bvh::Primitives { triangles: &triangles, spheres: &spheres, discs: &discs };
+        let primitives =
+            bvh::Primitives { triangles: &triangles, spheres: &spheres, discs: &discs, ..Default::default() };
         let (bvh, _) = bvh::build(&primitives).expect("a gate's mesh is small");
         let triangle = |&i: &u32| {
             let [v0, v1, v2] = triangles[i as usize];
@@ -55,7 +56,13 @@ impl Mesh {
     }
 
     pub fn geometry(&self) -> Geometry<'_> {
-        Geometry { bvh: &self.bvh, triangles: &self.triangles, spheres: &self.spheres, discs: &self.discs }
+        Geometry {
+            bvh: &self.bvh,
+            triangles: &self.triangles,
+            spheres: &self.spheres,
+            discs: &self.discs,
+            instances: &[],
+        }
     }
 }
 
@@ -79,7 +86,7 @@ impl Random {
     }
 
     /// In [-1, 1]^3.
-    fn cube(&mut self) -> Vec3 {
+    pub fn cube(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
 
@@ -264,14 +271,22 @@ fn ray(o: Vec3, d: Vec3) -> Ray {
 /// From around, inside and far away; along axes; from points of the primitives' own planes; a quarter of them short.
 pub fn rays(mesh: &Mesh, count: usize, random: &mut Random) -> Vec<Ray> {
     let g = mesh.geometry();
-    let (lo, hi) = bounds(&g);
+    let corners: Vec<Vec3> = g.triangles.iter().flat_map(|t| [t.v0, t.v1, t.v2].map(Vec3::from)).collect();
+    rays_about(bounds(&g), &corners, count, random)
+}
+
+/// The same about vertices in the world.
+pub fn around(vertices: &[DVec3], count: usize, random: &mut Random) -> Vec<Ray> {
+    let corners: Vec<Vec3> = vertices.iter().map(|v| v.as_vec3()).collect();
+    let bounds = corners.iter().fold((Vec3::MAX, Vec3::MIN), |(lo, hi), &v| (lo.min(v), hi.max(v)));
+    rays_about(bounds, &corners, count, random)
+}
+
+fn rays_about((lo, hi): (Vec3, Vec3), corners: &[Vec3], count: usize, random: &mut Random) -> Vec<Ray> {
     let (center, half) = ((lo + hi) * 0.5, (hi - lo) * 0.5);
-    let corner = |random: &mut Random| match g.triangles.len() {
+    let corner = |random: &mut Random| match corners.len() {
         0 => center + half * random.cube(),
-        n => {
-            let t = &g.triangles[random.below(n)];
-            Vec3::from([t.v0, t.v1, t.v2][random.below(3)])
-        }
+        n => corners[random.below(n)],
     };
     (0..count)
         .map(|i| {
@@ -328,15 +343,22 @@ pub fn aimed_rays(mesh: &Mesh, random: &mut Random) -> Vec<Ray> {
             let u = random.unit() * TAU;
             origin = center + Vec3::new(u.cos(), 0.01 * random.unit(), u.sin()) * (hi.x - lo.x) * (0.5 / 1.4);
         }
-        for k in 0..3 {
-            let (a, b): (DVec3, DVec3) = (v[k], v[(k + 1) % 3]);
-            for s in [0.0, 0.5, f64::from(random.unit()), f64::from(random.unit()) * 1e-6] {
-                let aim = a + (b - a) * s - origin.as_dvec3();
-                let d = aim.normalize().as_vec3();
-                rays.push(ray(origin, d));
-                let nudge = Vec3::new(1.0, -1.0, 1.0) * f32::EPSILON * d * random.cube();
-                rays.push(ray(origin, d + nudge));
-            }
+        rays.extend(aimed_at(origin, v, random));
+    }
+    rays
+}
+
+/// From `origin` at the corners of a triangle and at three points of each edge, and beside each.
+pub fn aimed_at(origin: Vec3, v: [DVec3; 3], random: &mut Random) -> Vec<Ray> {
+    let mut rays = Vec::new();
+    for k in 0..3 {
+        let (a, b) = (v[k], v[(k + 1) % 3]);
+        for s in [0.0, 0.5, f64::from(random.unit()), f64::from(random.unit()) * 1e-6] {
+            let aim = a + (b - a) * s - origin.as_dvec3();
+            let d = aim.normalize().as_vec3();
+            rays.push(ray(origin, d));
+            let nudge = Vec3::new(1.0, -1.0, 1.0) * f32::EPSILON * d * random.cube();
+            rays.push(ray(origin, d + nudge));
         }
     }
     rays

@@ -19,9 +19,9 @@ pub(super) fn elements(world: &Independent) -> Elements {
     let (Projection::MeterSurface(meter) | Projection::MeterLeaving(meter)) = &world.scene.camera.projection else {
         return Elements::new();
     };
-    let is_measured = |instance: u32| meter.shapes.contains(&(instance as usize));
-    let of_meter = world.primitives.iter().enumerate().filter(|(_, p)| is_measured(p.instance));
-    let areas: Vec<(u32, f64)> = of_meter.map(|(i, p)| (i as u32, light::area(&p.shape))).collect();
+    let instances = (0..world.scene.instances.len()).filter(|i| meter.shapes.contains(i));
+    let of_meter = instances.flat_map(|i| world.primitives.of_instance(i));
+    let areas: Vec<(u32, f64)> = of_meter.map(|n| (n, light::area(&world.primitives.get(n).shape))).collect();
     let total: f64 = areas.iter().map(|a| a.1).sum();
     let mut sum = 0.0;
     areas
@@ -123,7 +123,7 @@ fn on_surface(world: &Independent, meter: &SurfaceMeter, random: &Stream) -> (DV
     let choice = random.unit(0, sampler::SENSOR_INDEX);
     let at = world.elements.partition_point(|e| e.1 <= choice).min(world.elements.len() - 1);
     let primitive = world.elements[at].0;
-    let shape = &world.primitives[primitive as usize].shape;
+    let shape = &world.primitives.get(primitive).shape;
     let u = [random.unit(0, sampler::LENS_U), random.unit(0, sampler::LENS_V)];
     let (barycentric, position) = light::on_shape(shape, u);
     let front = world.point(primitive, barycentric, position).geometric_normal;

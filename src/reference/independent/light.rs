@@ -4,6 +4,7 @@
 //! in area (density d^2/(A cos) per solid angle); the sky by a cumulative table over its texels, uniform in solid angle inside
 //! one. A sphere seen from outside shows only its near side: points on the far side bring nothing, and have no density.
 
+use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
@@ -31,22 +32,28 @@ pub struct Lights {
     /// Primitive numbers, and the cumulative probability up to and including each.
     emitters: Vec<(u32, f64)>,
     /// By primitive: probability among the emitters; empty when there are none.
-    probability: Vec<f64>,
+    probability: HashMap<u32, f64>,
 }
 
 impl Lights {
     pub fn of(world: &Independent) -> Self {
-        let weights: Vec<f64> = (0..world.primitives.len() as u32).map(|p| emitted(world, p)).collect();
-        let total: f64 = weights.iter().sum();
+        let instances = world.scene.instances.iter().enumerate();
+        let shining = instances.filter(|(_, i)| world.scene.materials[i.material].emission.is_some());
+        let weights: Vec<(u32, f64)> = shining
+            .flat_map(|(number, _)| world.primitives.of_instance(number))
+            .map(|p| (p, emitted(world, p)))
+            .filter(|w| w.1 > 0.0)
+            .collect();
+        let total: f64 = weights.iter().map(|w| w.1).sum();
         let lamps: Vec<Lamp> = world.scene.lights.iter().map(|l| l.lamp).collect();
         let mut lights = Self { sky: Sky::of(world), ..Self::default() };
         if total > 0.0 {
             let mut sum = 0.0;
-            for (primitive, weight) in weights.iter().enumerate().filter(|w| *w.1 > 0.0) {
+            for &(primitive, weight) in &weights {
                 sum += weight;
-                lights.emitters.push((primitive as u32, sum / total));
+                lights.emitters.push((primitive, sum / total));
             }
-            lights.probability = weights.iter().map(|w| w / total).collect();
+            lights.probability = weights.iter().map(|w| (w.0, w.1 / total)).collect();
         }
         lights.sky_share = match (lights.sky.has_light(), total > 0.0 || !lamps.is_empty()) {
             (true, true) => SKY_SHARE,
@@ -77,10 +84,10 @@ impl Lights {
     }
 
     pub fn emitter_density(&self, world: &Independent, ray: &Ray, hit: &Hit) -> f64 {
-        let probability = self.probability.get(hit.primitive as usize).copied().unwrap_or(0.0);
+        let probability = self.probability.get(&hit.primitive).copied().unwrap_or(0.0);
         let point = world.point(hit.primitive, hit.barycentric, ray.at(hit.t));
         let cosine = ray.direction.dot(point.geometric_normal);
-        let shape = &world.primitives[hit.primitive as usize].shape;
+        let shape = &world.primitives.get(hit.primitive).shape;
         if cosine == 0.0 || is_far_side(shape, ray.origin, cosine) {
             return 0.0;
         }
@@ -118,7 +125,7 @@ impl Lights {
         let choice = random.unit(vertex, sampler::LIGHT_FRACTION);
         let last = self.emitters.len().checked_sub(1)?;
         let (primitive, _) = self.emitters[self.emitters.partition_point(|e| e.1 <= choice).min(last)];
-        let shape = &world.primitives[primitive as usize].shape;
+        let shape = &world.primitives.get(primitive).shape;
         let (barycentric, position) = on_shape(shape, u);
         let point = world.point(primitive, barycentric, position);
         let to_light = point.position - from;
@@ -178,7 +185,7 @@ fn on_sphere(y: f64, longitude: f64) -> DVec3 {
 fn emitted(world: &Independent, primitive: u32) -> f64 {
     let material = world.material(primitive);
     let Some(emission) = &material.emission else { return 0.0 };
-    let shape = &world.primitives[primitive as usize].shape;
+    let shape = &world.primitives.get(primitive).shape;
     let sides = if material.emission_two_sided { 2.0 } else { 1.0 };
     let mean: f64 = (0..64)
         .map(|i| {

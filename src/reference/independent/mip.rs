@@ -106,7 +106,7 @@ fn transpose(values: &[[f64; 7]], width: u32, height: u32) -> Vec<[f64; 7]> {
 impl Independent<'_> {
     /// Areas that the ray's cone covers at the hit, in the units of both texture coordinates.
     pub(super) fn areas(&self, ray: &Ray, hit: &Hit, point: &Point) -> [f64; 2] {
-        let primitive = &self.primitives[hit.primitive as usize];
+        let primitive = self.primitives.get(hit.primitive);
         let Shape::Triangle(v) = primitive.shape else { return [0.0; 2] };
         let diameter = ray.cone.x + hit.t * ray.cone.y;
         let on_surface = diameter.powi(2) / ray.direction.dot(point.geometric_normal).abs().max(1e-6);

@@ -7,6 +7,7 @@
 mod camera;
 mod light;
 mod mip;
+mod primitives;
 mod random;
 mod value;
 
@@ -21,6 +22,7 @@ use crate::integrator::Estimator;
 use crate::prepare::records::NONE;
 use crate::scene::{self, Alpha, Material, Scene, Value};
 use light::Lights;
+use primitives::{Primitives, RECTANGLE, RECTANGLE_PARTS};
 pub use random::Stream;
 pub use value::Point;
 
@@ -28,7 +30,7 @@ pub use value::Point;
 pub struct Independent<'a> {
     scene: &'a Scene,
     tree: Tree,
-    primitives: Vec<Primitive>,
+    primitives: Primitives<'a>,
     /// By material: the model's inputs, with metals' curves resolved to RGB.
     inputs: Vec<Vec<Value>>,
     /// By texture.
@@ -39,58 +41,10 @@ pub struct Independent<'a> {
     camera_medium: u32,
 }
 
-/// One triangle, sphere or disc in the world. Its place in the list is its number.
-#[derive(Clone, Copy, Debug)]
-struct Primitive {
-    shape: Shape,
-    instance: u32,
-    /// Triangle of the mesh; corner pair of a rectangle; 0 for a sphere or disc.
-    part: u32,
-    /// The instance's transform mirrors: then the front is where the winding is clockwise.
-    is_mirrored: bool,
-}
-
-/// Corners of `scene::Shape::Rectangle`, counter-clockwise seen from +z.
-const RECTANGLE: [DVec2; 4] =
-    [DVec2::new(-1.0, -1.0), DVec2::new(1.0, -1.0), DVec2::new(1.0, 1.0), DVec2::new(-1.0, 1.0)];
-const RECTANGLE_PARTS: [[usize; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
-
 impl<'a> Independent<'a> {
     pub fn new(scene: &'a Scene) -> Self {
-        let mut primitives = Vec::new();
-        for (number, instance) in scene.instances.iter().enumerate() {
-            let to_world = instance.to_world;
-            let is_mirrored = to_world.matrix3.determinant() < 0.0;
-            let mut place = |shape, part: usize| {
-                primitives.push(Primitive { shape, instance: number as u32, part: part as u32, is_mirrored });
-            };
-            match instance.shape {
-                scene::Shape::Mesh(mesh) => {
-                    let mesh = &scene.meshes[mesh];
-                    let position = |i: u32| to_world.transform_point3(mesh.positions[i as usize].map(f64::from).into());
-                    for (part, t) in mesh.triangles.iter().enumerate() {
-                        place(Shape::Triangle(t.map(position)), part);
-                    }
-                }
-                scene::Shape::Rectangle => {
-                    let corner = |i: usize| to_world.transform_point3(RECTANGLE[i].extend(0.0));
-                    for (part, t) in RECTANGLE_PARTS.iter().enumerate() {
-                        place(Shape::Triangle(t.map(corner)), part);
-                    }
-                }
-                scene::Shape::Disc => {
-                    let (x, y) = (to_world.matrix3.x_axis, to_world.matrix3.y_axis);
-                    let front = if is_mirrored { y.cross(x) } else { x.cross(y) };
-                    let (center, normal) = (to_world.translation, front.normalize());
-                    place(Shape::Disc { center, normal, radius: x.length() }, 0);
-                }
-                scene::Shape::Sphere => {
-                    let radius = to_world.matrix3.x_axis.length();
-                    place(Shape::Sphere { center: to_world.translation, radius }, 0);
-                }
-            }
-        }
-        let tree = Tree::build(primitives.iter().enumerate().map(|(i, p)| (i as u32, p.shape)).collect());
+        let primitives = Primitives::new(scene);
+        let tree = primitives.tree(primitives.count() > primitives::FLAT_LIMIT);
         let inputs = scene.materials.iter().map(resolved).collect();
         let mut world = Self {
             scene,
@@ -109,8 +63,7 @@ impl<'a> Independent<'a> {
     }
 
     fn material(&self, primitive: u32) -> &'a Material {
-        let instance = self.primitives[primitive as usize].instance;
-        &self.scene.materials[self.scene.instances[instance as usize].material]
+        &self.scene.materials[self.scene.instances[self.primitives.instance_of(primitive)].material]
     }
 
     /// The medium around a point: that of the first surface with an interior whose back is seen along an arbitrary line.
@@ -133,7 +86,7 @@ impl<'a> Independent<'a> {
 
     /// Geometry and attributes at barycentric weights `b` of a triangle, or at `position` of a sphere or disc.
     fn point(&self, primitive: u32, b: [f64; 2], position: DVec3) -> Point {
-        let p = &self.primitives[primitive as usize];
+        let p = self.primitives.get(primitive);
         let instance = &self.scene.instances[p.instance as usize];
         match p.shape {
             Shape::Sphere { center, .. } => {
@@ -306,14 +259,14 @@ impl World for Independent<'_> {
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         let material = self.material(hit.primitive);
         let point = self.point(hit.primitive, hit.barycentric, ray.at(hit.t));
-        let instance = self.primitives[hit.primitive as usize].instance;
+        let instance = self.primitives.instance_of(hit.primitive);
         let mut inputs = [DVec3::ZERO; 32];
         // Emission and presence are looked up at a point.
         let mut shaded = point;
         if self.scene.texture_filter == scene::TextureFilter::Mipmap {
             shaded.areas = self.areas(ray, hit, &point);
         }
-        let values = &self.inputs[self.scene.instances[instance as usize].material];
+        let values = &self.inputs[self.scene.instances[instance].material];
         for ((slot, value), input) in inputs.iter_mut().zip(values).zip(MODELS[material.bsdf].inputs) {
             let v = self.evaluate(value, &shaded);
             *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
@@ -328,7 +281,7 @@ impl World for Independent<'_> {
             geometric_normal: point.geometric_normal,
             normal: point.normal,
             uv: point.uvs[0],
-            object: instance,
+            object: instance as u32,
             material: self.scene.instances[instance as usize].material as u32,
             tangent: point.tangent,
             normal_map,
@@ -336,7 +289,7 @@ impl World for Independent<'_> {
             transmits,
             emission: self.emission(material, &point, ray.direction),
             boundary: (transmits && !is_thin(material)).then(|| match material.interior {
-                Some(_) => self.scene.instances[instance as usize].material as u32,
+                Some(_) => self.scene.instances[instance].material as u32,
                 None => NONE,
             }),
         }

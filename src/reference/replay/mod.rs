@@ -5,6 +5,7 @@
 //! This is also `--device cpu`. Faults in `Prepared` are invisible here: `independent` is for those.
 
 mod pattern;
+mod placed;
 mod stream;
 
 use std::sync::Arc;
@@ -23,6 +24,7 @@ use crate::prepare::Prepared;
 use crate::prepare::records::*;
 use crate::sampler::{self, Purpose};
 use pattern::Point;
+use placed::ToWorld;
 pub use stream::Stream;
 
 /// `Prepared` with the oracle's tree over it.
@@ -30,8 +32,9 @@ pub struct Replay {
     prepared: Arc<Prepared>,
     sampler: SamplerKind,
     tree: Tree,
-    /// By primitive number: kind (HIT_*) and row of its table.
+    /// By primitive number: kind (HIT_*) and row of its table. A face of a placed mesh stands here once.
     rows: Vec<(u32, u32)>,
+    placed: placed::Numbers,
     has_alpha: bool,
 }
 
@@ -64,27 +67,30 @@ impl Replay {
         let mut shapes = Vec::with_capacity(p.triangles.len() + p.spheres.len() + p.discs.len());
         let mut rows = Vec::new();
         // Dropped primitives leave gaps in the numbers.
-        let mut place = |primitive: u32, kind: u32, row: usize, shape: Shape| {
+        let mut number = |primitive: u32, kind: u32, row: usize| {
             if rows.len() <= primitive as usize {
                 rows.resize(primitive as usize + 1, (NONE, NONE));
             }
             rows[primitive as usize] = (kind, row as u32);
-            shapes.push((primitive, shape));
         };
         for (row, t) in p.triangles.iter().enumerate() {
-            place(t.face, HIT_TRIANGLE, row, Shape::Triangle([t.v0, t.v1, t.v2].map(vec)));
+            number(t.face, HIT_TRIANGLE, row);
         }
+        let flat = p.flat_triangles().iter();
+        shapes.extend(flat.map(|t| (t.face, Shape::Triangle([t.v0, t.v1, t.v2].map(vec)))));
         for (row, s) in p.spheres.iter().enumerate() {
-            let shape = Shape::Sphere { center: vec(s.center), radius: s.radius.into() };
-            place(s.primitive, HIT_SPHERE, row, shape);
+            number(s.primitive, HIT_SPHERE, row);
+            shapes.push((s.primitive, Shape::Sphere { center: vec(s.center), radius: s.radius.into() }));
         }
         for (row, d) in p.discs.iter().enumerate() {
             let (center, normal) = (vec(d.center), vec(d.normal).normalize());
-            place(d.primitive, HIT_DISC, row, Shape::Disc { center, normal, radius: d.radius.into() });
+            number(d.primitive, HIT_DISC, row);
+            shapes.push((d.primitive, Shape::Disc { center, normal, radius: d.radius.into() }));
         }
         let has_alpha = p.materials.iter().any(|m| m.flags & (MATERIAL_MASK | MATERIAL_BLEND) != 0);
-        let tree = Tree::build(shapes);
-        Self { prepared, sampler: settings.sampler, tree, rows, has_alpha }
+        let (placed, trees) = placed::trees(p);
+        let tree = Tree::build(shapes).with_placed(trees);
+        Self { prepared, sampler: settings.sampler, tree, rows, placed, has_alpha }
     }
 
     pub fn path(&self, settings: &Settings, pixel: [u32; 2], sample: u64) -> PathTrace {
@@ -93,8 +99,14 @@ impl Replay {
         PathTrace { sample, vertices }
     }
 
+    /// The placement of a number, if it is one's.
+    fn instance(&self, primitive: u32) -> Option<&InstanceRecord> {
+        self.placed.find(primitive).map(|(row, _)| &self.prepared.instances[row as usize])
+    }
+
     fn part(&self, primitive: u32) -> Part<'_> {
-        let (kind, row) = self.rows[primitive as usize];
+        let number = self.placed.find(primitive).map_or(primitive, |(_, face)| face);
+        let (kind, row) = self.rows[number as usize];
         match kind {
             HIT_TRIANGLE => Part::Triangle(&self.prepared.triangles[row as usize]),
             HIT_SPHERE => Part::Sphere(&self.prepared.spheres[row as usize]),
@@ -105,7 +117,7 @@ impl Replay {
     /// Row of `materials`, which is the scene's number.
     fn material_row(&self, primitive: u32) -> u32 {
         match self.part(primitive) {
-            Part::Triangle(t) => t.material,
+            Part::Triangle(t) => self.instance(primitive).map_or(t.material, |placed| placed.material),
             Part::Sphere(s) => s.material,
             Part::Disc(d) => d.material,
         }
@@ -175,7 +187,8 @@ impl Replay {
         if p.uvs.is_empty() || ray.cone == DVec2::ZERO {
             return [0.0; 2];
         }
-        let v = [t.v0, t.v1, t.v2].map(vec);
+        let flat = || [t.v0, t.v1, t.v2].map(vec);
+        let v = self.instance(hit.primitive).map_or_else(flat, |placed| ToWorld::new(placed).corners(t));
         let width = ray.cone.x + ray.cone.y * hit.t;
         let covered = width * width / ray.direction.dot(normal).abs().max(1e-6);
         let part = covered / (v[1] - v[0]).cross(v[2] - v[0]).length();
@@ -259,22 +272,32 @@ impl World for Replay {
         let follows_tangent = material.flags & MATERIAL_TANGENT != 0;
         let (position, geometric_normal, normal, tangent) = match self.part(hit.primitive) {
             Part::Triangle(t) => {
-                let v = [t.v0, t.v1, t.v2].map(vec);
-                let ng = (v[1] - v[0]).cross(v[2] - v[0]).normalize_or_zero();
+                let placed = self.instance(hit.primitive).map(ToWorld::new);
+                let placed = placed.as_ref();
+                let v = placed.map_or_else(|| [t.v0, t.v1, t.v2].map(vec), |m| m.corners(t));
+                let mirror = placed.map_or(1.0, ToWorld::handedness);
+                let ng = mirror * (v[1] - v[0]).cross(v[2] - v[0]).normalize_or_zero();
                 let weights = [1.0 - hit.barycentric[0] - hit.barycentric[1], hit.barycentric[0], hit.barycentric[1]];
                 let face = &p.faces[t.face as usize];
                 let corners = face.vertices.map(|v| v as usize);
-                let mean = |read: &dyn Fn(usize) -> [f32; 3]| -> DVec3 {
-                    (0..3).map(|k| weights[k] * vec(read(corners[k]))).sum()
+                let mean =
+                    |read: &dyn Fn(usize) -> DVec3| -> DVec3 { (0..3).map(|k| weights[k] * read(corners[k])).sum() };
+                let normal_of = |i: usize| {
+                    let n = vec(p.normals[i].normal);
+                    placed.map_or(n, |m| m.normal(n))
+                };
+                let tangent_of = |i: usize| {
+                    let t = vec(p.tangents[i].tangent);
+                    placed.map_or(t, |m| m.tangent(t))
                 };
                 // 1e-6: opposite vertex normals may cancel down to rounding.
                 let is_smooth = face.flags & FACE_SMOOTH != 0 && !p.normals.is_empty();
-                let smooth = if is_smooth { mean(&|i| p.normals[i].normal) } else { DVec3::ZERO };
+                let smooth = if is_smooth { mean(&normal_of) } else { DVec3::ZERO };
                 let normal = if smooth.length() > 1e-6 { smooth.normalize() } else { ng };
                 let has_tangent = follows_tangent && face.flags & FACE_TANGENTS != 0;
                 let tangent = has_tangent.then(|| {
                     let handedness = p.normals.get(corners[0]).map_or(1.0, |n| f64::from(n.handedness));
-                    (mean(&|i| p.tangents[i].tangent), handedness)
+                    (mean(&tangent_of), mirror * handedness)
                 });
                 (weights[0] * v[0] + weights[1] * v[1] + weights[2] * v[2], ng, normal, tangent)
             }

@@ -11,7 +11,7 @@ pub fn layers(size: u32) -> Scene {
     let mut s = empty("layers", camera(DVec3::new(0.0, 1.6, 4.2), DVec3::Y * 0.6, 40f64.to_radians()), size);
     s.images.push(hot_sky());
     s.sky = Some(Sky { radiance: SkyRadiance::Image(0), rotation_rad: 1.0, scale: 0.7 });
-    s.meshes.push(bumpy_sphere());
+    s.meshes.push(bumpy_sphere(24, 12));
     let value = Value::scalar;
     let floor = wall(DVec3::ZERO, DVec3::Y, [3.0, 3.0]);
     let rough = |color, roughness: f64| material("rough_diffuse", &[("color", color), ("roughness", value(roughness))]);
