@@ -3,8 +3,11 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Image, Pixels, Projection, Scene, Shape, Sky, SkyRadiance, Value};
+use super::{Image, Instance, Mesh, Pixels, Projection, Scene, Shape, Sky, SkyRadiance, Value};
 use crate::math::special::luminance;
+
+/// Vertices that `bounds` moves one by one; a scene of more has each mesh's box moved instead, which may be somewhat larger.
+const MOVED_ONE_BY_ONE: usize = 1 << 23;
 
 /// Axis-aligned bounds of all instances in world space, f64; None when the scene holds no finite point.
 pub fn bounds(scene: &Scene) -> Option<(DVec3, DVec3)> {
@@ -16,9 +19,21 @@ pub fn bounds(scene: &Scene) -> Option<(DVec3, DVec3)> {
             high = high.max(p);
         }
     };
+    let corner_count =
+        |i: &Instance| if let Shape::Mesh(mesh) = i.shape { 3 * scene.meshes[mesh].triangles.len() } else { 0 };
+    let by_boxes = scene.instances.iter().map(corner_count).sum::<usize>() > MOVED_ONE_BY_ONE;
+    let boxes: Vec<Option<(DVec3, DVec3)>> =
+        if by_boxes { scene.meshes.iter().map(mesh_bounds).collect() } else { Vec::new() };
     for instance in &scene.instances {
         let m = &instance.to_world;
         match instance.shape {
+            Shape::Mesh(mesh) if by_boxes => {
+                let Some((low, high)) = boxes[mesh] else { continue };
+                for corner in 0..8 {
+                    let pick = |axis: usize| if corner >> axis & 1 == 1 { high[axis] } else { low[axis] };
+                    take(m.transform_point3(DVec3::new(pick(0), pick(1), pick(2))));
+                }
+            }
             Shape::Mesh(mesh) => {
                 let mesh = &scene.meshes[mesh];
                 for index in mesh.triangles.iter().flatten() {
@@ -47,6 +62,14 @@ pub fn bounds(scene: &Scene) -> Option<(DVec3, DVec3)> {
             }
         }
     }
+    (low.x <= high.x).then_some((low, high))
+}
+
+/// Bounds of the finite corners of a mesh's triangles, in its own space.
+fn mesh_bounds(mesh: &Mesh) -> Option<(DVec3, DVec3)> {
+    let corners = mesh.triangles.iter().flatten().map(|&i| DVec3::from(mesh.positions[i as usize].map(f64::from)));
+    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (low, high) = corners.filter(|p| p.is_finite()).fold(start, |(low, high), p| (low.min(p), high.max(p)));
     (low.x <= high.x).then_some((low, high))
 }
 

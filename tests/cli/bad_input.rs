@@ -112,3 +112,23 @@ fn flags() {
     refuses(&["render"], &["SCENE"]);
     refuses(&["rendr", &cornell], &["rendr", "render"]);
 }
+
+#[test]
+fn copies_of_shapes() {
+    let shape = |more: &str| format!("[[shape]]\ntype = \"box\"\n{more}\n");
+    for (text, words) in [
+        (shape("copies = [{ translate = [0, 0] }]"), &["copies.toml:3", "translate", "3 numbers"][..]),
+        (shape("copies = [{ scale = 0 }]"), &["copies.toml:3", "without an inverse"]),
+        (shape("copies = [{ scale = nan }]"), &["copies.toml:3", "finite"]),
+        (shape("copies = [{ translat = [0, 0, 1] }]"), &["translat", "translate"]),
+        (shape("copies = []"), &["copies.toml:3", "holds no copy"]),
+        (shape("copies_file = \"missing.txt\""), &["missing.txt", "no such file"]),
+        (shape("copies_file = \"copies.toml\""), &["copies.toml line 1", "[[shape]]"]),
+        (shape("copies = [{}]\ncopies_file = \"a.txt\""), &["copies_file", "beside `copies`"]),
+    ] {
+        let (_dir, path) = written(&text, "copies.toml");
+        refuses(&["render", &path], words);
+    }
+    let cornell = scene("cornell.toml").display().to_string();
+    refuses(&["render", &cornell, "--instances", "often"], &["often", "auto, always, never"]);
+}

@@ -4,6 +4,7 @@
 //! beside the scene file, or in a folder that an environment variable names. Order: textures, materials, models, shapes, then patches of what models brought.
 
 mod camera;
+mod copies;
 mod film;
 pub mod keys;
 mod light;

@@ -165,6 +165,8 @@ pub const SHAPE: Section = section!("[[shape]]", "Something to see. All kinds sh
     "rotate_axis": "[x, y, z]" = "none"; "axis of a single turn, counter-clockwise",
     "translate": "[x, y, z] m" = "[0, 0, 0]"; "",
     "matrix": "16 numbers" = "none"; "instead of the four above: object to world, row by row, last row 0 0 0 1",
+    "copies": "[{ translate = [...], ... }, ...]" = "one, where it is"; "stands once for each, its own placement first, then the copy's; all share one mesh",
+    "copies_file": "path" = "none"; "the same from a text file of 12 numbers a line: the first three rows of object to world",
 );
 
 pub const SPHERE: Section = section!("[[shape]] type = \"sphere\"", "Analytic. Its front is outside.",
@@ -208,6 +210,16 @@ pub const MODEL: Section = section!("[[model]]", "A .gltf, .glb, .obj or .ply fi
     "rotate_axis": "[x, y, z]" = "none"; "as for shapes",
     "translate": "[x, y, z] m" = "[0, 0, 0]"; "as for shapes",
     "matrix": "16 numbers" = "none"; "as for shapes",
+    "copies": "[{ translate = [...], ... }, ...]" = "one, where it is"; "as for shapes",
+    "copies_file": "path" = "none"; "as for shapes",
+);
+
+pub const COPY: Section = section!("copy", "One entry of `copies`, of a shape or a model: scaled, then turned, then moved.",
+    "scale": "number or [x, y, z]" = "1"; "as for shapes; negative numbers mirror",
+    "rotate_deg": "[x, y, z] or number" = "0"; "as for shapes",
+    "rotate_axis": "[x, y, z]" = "none"; "as for shapes",
+    "translate": "[x, y, z] m" = "[0, 0, 0]"; "as for shapes",
+    "matrix": "16 numbers" = "none"; "as for shapes",
 );
 
 pub const NODE: Section = section!("[node.\"path/name\"]", "Patches what a model brought, by the names on the way down joined with `/`, by the last name, or by the index of the node in the file. Two that match are an error.",
@@ -246,6 +258,7 @@ pub const SECTIONS: &[&Section] = &[
     &BOX,
     &MESH,
     &MODEL,
+    &COPY,
     &NODE,
     &SENSOR,
 ];

@@ -169,6 +169,11 @@ pub fn strength(table: &Table<'_>, measures: &[Measure], color: Option<DVec3>) -
     Ok(Some(value * color.unwrap_or(DVec3::ONE) / (per_watt * divisor)))
 }
 
+/// The keys that `emission_of_power` reads stand there.
+pub fn asks_for_power(table: &Table<'_>) -> bool {
+    ["power", "power_lm"].iter().any(|key| table.get(key).is_some())
+}
+
 /// Emission that gives a whole lamp of this area the power that `table` asks for, in the colour of its material's own emission.
 pub fn emission_of_power(
     table: &Table<'_>,

@@ -1,14 +1,16 @@
 //! `[[model]]`: other files brought into the scene, and how patches find what they brought.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use ::toml::de::DeValue;
 
+use super::copies::copies;
 use super::table::Table;
 use super::transform::transform;
 use super::{Builder, keys};
 use crate::scene::format::load_model;
-use crate::scene::{Choice, Error, Scene, Shape, SkyRadiance, Texture, Value};
+use crate::scene::{Choice, Error, Instance, Scene, Shape, SkyRadiance, Texture, Value};
 
 /// What one model added to the scene's lists.
 pub struct Brought {
@@ -24,6 +26,7 @@ pub struct Brought {
 impl<'a> Builder<'a> {
     pub fn models(&mut self, top: &Table<'a>) -> Result<Vec<Brought>, Error> {
         let mut brought = Vec::new();
+        let mut meshes = HashMap::new();
         for item in top.tables("model")? {
             let table = Table::open(self.source, item, &[&keys::MODEL], &[])?;
             let file = table.text("file")?.ok_or_else(|| table.missing("file"))?;
@@ -33,21 +36,35 @@ impl<'a> Builder<'a> {
             let choice = Choice { variant: table.text("variant")?, scene };
             let loaded = load_model(&path, choice).map_err(|e| table.error("file", format!("cannot be used: {e}")))?;
             let mut model = loaded.scene;
-            for instance in &mut model.instances {
-                instance.to_world = place * instance.to_world;
+            let copies = copies(&table, self.folder)?;
+            let own = std::mem::take(&mut model.instances);
+            for copy in &copies {
+                model
+                    .instances
+                    .extend(own.iter().map(|i| Instance { to_world: *copy * place * i.to_world, ..i.clone() }));
             }
-            model.camera.to_world = place * model.camera.to_world;
-            for light in &mut model.lights {
-                light.lamp.place(&place);
+            model.camera.to_world = copies[0] * place * model.camera.to_world;
+            let lights = std::mem::take(&mut model.lights);
+            for copy in &copies {
+                for light in &lights {
+                    let mut light = light.clone();
+                    light.lamp.place(&(*copy * place));
+                    model.lights.push(light);
+                }
             }
             let (materials, instances) = (self.scene.materials.len(), self.scene.instances.len());
-            append(&mut self.scene, model);
+            // A file that was brought before has its meshes here already: both places share them.
+            let first_mesh = *meshes.entry((path, table.text("variant")?, scene)).or_insert(self.scene.meshes.len());
+            if first_mesh < self.scene.meshes.len() {
+                model.meshes.clear();
+            }
+            append(&mut self.scene, model, first_mesh);
             brought.push(Brought {
                 file: file.to_string(),
                 materials: materials..self.scene.materials.len(),
                 material_source: loaded.material_source,
                 instances: instances..self.scene.instances.len(),
-                node_source: loaded.node_source,
+                node_source: loaded.node_source.repeat(copies.len()),
             });
         }
         Ok(brought)
@@ -59,13 +76,13 @@ impl<'a> Builder<'a> {
             return Err(self.source.error(item.span(), "write [node.\"path/name\"], with the node's name"));
         };
         let all = Table::over(self.source, keys::NODE.name, item.span(), entries);
-        let mut hidden = Vec::new();
+        let mut hidden = vec![false; self.scene.instances.len()];
         for (key, item) in all.entries() {
             let table = Table::open(self.source, item, &[&keys::NODE], &[])?;
             let found = find_nodes(&self.scene, brought, key.get_ref())
                 .map_err(|reason| self.source.error(key.span(), reason))?;
             if table.boolean("visible")? == Some(false) {
-                hidden.extend_from_slice(&found);
+                found.iter().for_each(|i| hidden[*i] = true);
             }
             if let Some(name) = table.text("material")? {
                 let material = self.named(&self.materials, &table, "material", name)?;
@@ -75,7 +92,7 @@ impl<'a> Builder<'a> {
         let mut index = 0;
         self.scene.instances.retain(|_| {
             index += 1;
-            !hidden.contains(&(index - 1))
+            !hidden[index - 1]
         });
         Ok(())
     }
@@ -142,10 +159,10 @@ fn find(entries: Vec<Candidate>, brought: &[Brought], name: &str, what: &str) ->
     Ok(found.iter().map(|e| e.index).collect())
 }
 
-/// Adds everything of `other` behind what `scene` has; its camera and sky only where there is none.
-fn append(scene: &mut Scene, mut other: Scene) {
+/// Adds everything of `other` behind what `scene` has; its camera and sky only where there is none. Its mesh 0 is the scene's `meshes`.
+fn append(scene: &mut Scene, mut other: Scene, meshes: usize) {
     let (images, textures) = (scene.images.len(), scene.textures.len());
-    let (materials, meshes) = (scene.materials.len(), scene.meshes.len());
+    let materials = scene.materials.len();
     for texture in &mut other.textures {
         if let Texture::Image { image, .. } = texture {
             *image += images;

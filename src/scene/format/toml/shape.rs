@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
+use super::copies::copies;
 use super::table::{Item, Table};
 use super::transform::{is_invertible, transform};
 use super::{Builder, keys, light, material};
@@ -48,9 +49,11 @@ impl<'a> Builder<'a> {
             Some(name) => self.named(&self.materials, &table, "material", name)?,
             None => self.default_material(),
         };
-        let to_world = placed * own;
-        let material = self.with_power(&table, material, light::area(shape, &to_world, &self.scene.meshes))?;
-        self.scene.instances.push(Instance { name, shape, to_world, material });
+        for copy in copies(&table, self.folder)? {
+            let to_world = copy * placed * own;
+            let material = self.with_power(&table, material, &[shape], &to_world)?;
+            self.scene.instances.push(Instance { name: name.clone(), shape, to_world, material });
+        }
         Ok(())
     }
 
@@ -76,11 +79,13 @@ impl<'a> Builder<'a> {
         let name = table.text("name")?.unwrap_or("mesh");
         let first = self.scene.meshes.len();
         self.scene.meshes.extend(loaded.meshes);
-        let shapes = (first..self.scene.meshes.len()).map(Shape::Mesh);
-        let area = shapes.clone().map(|shape| light::area(shape, placed, &self.scene.meshes)).sum();
-        let material = self.with_power(table, material, area)?;
-        for shape in shapes {
-            self.scene.instances.push(Instance { name: name.into(), shape, to_world: *placed, material });
+        let shapes: Vec<Shape> = (first..self.scene.meshes.len()).map(Shape::Mesh).collect();
+        for copy in copies(table, self.folder)? {
+            let to_world = copy * *placed;
+            let material = self.with_power(table, material, &shapes, &to_world)?;
+            for &shape in &shapes {
+                self.scene.instances.push(Instance { name: name.into(), shape, to_world, material });
+            }
         }
         // What was said of materials does not matter here.
         self.scene.notes.extend(loaded.notes.into_iter().filter(|n| !n.starts_with("material")));
@@ -88,7 +93,18 @@ impl<'a> Builder<'a> {
     }
 
     /// The material, or a copy of it that gives this one lamp the power the shape asks for.
-    fn with_power(&mut self, table: &Table<'a>, material: usize, area: f64) -> Result<usize, Error> {
+    fn with_power(
+        &mut self,
+        table: &Table<'a>,
+        material: usize,
+        shapes: &[Shape],
+        to_world: &DAffine3,
+    ) -> Result<usize, Error> {
+        // A million copies that ask for none are not measured.
+        if !light::asks_for_power(table) {
+            return Ok(material);
+        }
+        let area = shapes.iter().map(|&shape| light::area(shape, to_world, &self.scene.meshes)).sum();
         let own = &self.scene.materials[material];
         let sides = if own.emission_two_sided { 2.0 } else { 1.0 };
         let Some(emission) = light::emission_of_power(table, own.emission.as_ref(), area, sides)? else {
