@@ -143,7 +143,7 @@ const MUTATIONS: &[Mutation] = &[
             "is_candidate ? light.distance : 0.0",
             "is_candidate ? light.distance * 1.02 : 0.0",
         ),
-        caught_by: &[Image(scenes::cornell)],
+        caught_by: &[Image(scenes::cornell), ClosedForm(known::lights::point_before_a_ball)],
     },
     Mutation {
         name: "media do not absorb",

@@ -43,6 +43,10 @@ impl LampModel for Directional {
         self.to_light = to_world.transform_vector3(self.to_light).normalize_or(self.to_light);
     }
 
+    fn brighten(&mut self, factor: f64) {
+        self.irradiance *= factor;
+    }
+
     fn connect(&self, _p: DVec3, _u: [f64; 2]) -> Connection {
         Connection {
             wi: self.to_light,

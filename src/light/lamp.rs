@@ -21,6 +21,7 @@ pub trait LampModel {
     fn connect(&self, p: DVec3, u: [f64; 2]) -> Connection;
     /// Moves it; a scale changes no light.
     fn place(&mut self, to_world: &DAffine3);
+    fn brighten(&mut self, factor: f64);
     /// Radiance along a ray that leaves the scene in this direction, and the density of `connect` there; 0 without a size.
     fn arriving(&self, _direction: DVec3) -> (DVec3, f64) {
         (DVec3::ZERO, 0.0)

@@ -117,8 +117,8 @@ macro_rules! light_list {
             pub fn model(&self) -> &dyn LampModel {
                 match self { $(Self::$type(l) => l),* }
             }
-            pub fn place(&mut self, to_world: &glam::DAffine3) {
-                match self { $(Self::$type(l) => l.place(to_world)),* }
+            pub fn model_mut(&mut self) -> &mut dyn LampModel {
+                match self { $(Self::$type(l) => l),* }
             }
             pub fn kind(&self) -> &'static Kind {
                 &KINDS[match self { $(Self::$type(_) => $lamp_constant),* } as usize]

@@ -56,6 +56,10 @@ impl LampModel for Point {
         self.position = to_world.transform_point3(self.position);
     }
 
+    fn brighten(&mut self, factor: f64) {
+        self.intensity *= factor;
+    }
+
     fn connect(&self, p: DVec3, _u: [f64; 2]) -> Connection {
         connect_point(self.position, p, |_| self.intensity)
     }

@@ -106,6 +106,10 @@ impl LampModel for Spot {
         self.axis = to_world.transform_vector3(self.axis).normalize_or(self.axis);
     }
 
+    fn brighten(&mut self, factor: f64) {
+        self.intensity *= factor;
+    }
+
     fn connect(&self, p: DVec3, _u: [f64; 2]) -> Connection {
         connect_point(self.position, p, |w| self.falloff.share(self.axis.dot(w)) * self.intensity)
     }

@@ -66,6 +66,10 @@ impl LampModel for Sun {
         self.to_light = to_world.transform_vector3(self.to_light).normalize_or(self.to_light);
     }
 
+    fn brighten(&mut self, factor: f64) {
+        self.irradiance *= factor;
+    }
+
     fn connect(&self, _p: DVec3, u: [f64; 2]) -> Connection {
         let local = warp::uniform_cone(u, one_minus_cos(self.half_angle_rad));
         let wi = Frame::from_normal(self.to_light).to_world(local);

@@ -40,6 +40,14 @@ pub fn point_lamp() -> Known {
     }
 }
 
+/// A black ball whose surface is 1 mm behind the lamp hides nothing: the shadow ray ends at the lamp.
+pub fn point_before_a_ball() -> Known {
+    let mut known = point_lamp();
+    known.scene.name = "point-before-a-ball".to_owned();
+    place(&mut known.scene, "ball", Shape::Sphere, sphere_at(2.601 * under(50.0), 0.1), lambert(DVec3::ZERO));
+    Known { name: "point before a ball", about: "what is behind a lamp does not hide it", ..known }
+}
+
 /// 800 lm from a point: 800/(4 pi) = 63.66 cd, at 2 m 15.92 lx; radiance is photometric over 683.
 pub fn lumen_lamp() -> Known {
     let intensity = DVec3::splat(800.0 / 683.0 / (4.0 * PI));
@@ -182,6 +190,7 @@ pub fn spots_aside() -> Known {
 pub fn all() -> Vec<Known> {
     vec![
         point_lamp(),
+        point_before_a_ball(),
         lumen_lamp(),
         point_under_sky(),
         point_in_medium(),

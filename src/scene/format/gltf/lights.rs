@@ -26,6 +26,8 @@ pub fn read(file: &File<'_>, index: usize, placed: &Placed, notes: &mut Vec<Stri
     if !color.to_array().into_iter().chain([light.intensity]).all(is_strength) {
         return Err(fail("its colour and intensity must be numbers not below 0; correct them".into()));
     }
+    notes
+        .push("lights in candela and lux are divided by 683 lm/W; light_scale of [[model]] makes them brighter".into());
     if light.range.is_some() {
         notes.push("`range` of lights is not used: their light falls with the square of the distance".into());
     }

@@ -209,6 +209,7 @@ pub const MODEL: Section = section!("[[model]]", "A .gltf, .glb, .obj or .ply fi
     "rotate_deg": "[x, y, z] or number" = "0"; "as for shapes",
     "rotate_axis": "[x, y, z]" = "none"; "as for shapes",
     "translate": "[x, y, z] m" = "[0, 0, 0]"; "as for shapes",
+    "light_scale": "number >= 0" = "1"; "factor on its lights (KHR_lights_punctual, cd and lx over 683); many files hold numbers for viewers that take lux for W/m2: 683 takes them so",
     "matrix": "16 numbers" = "none"; "as for shapes",
     "copies": "[{ translate = [...], ... }, ...]" = "one, where it is"; "as for shapes",
     "copies_file": "path" = "none"; "as for shapes",

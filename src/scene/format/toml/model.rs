@@ -44,11 +44,16 @@ impl<'a> Builder<'a> {
                     .extend(own.iter().map(|i| Instance { to_world: *copy * place * i.to_world, ..i.clone() }));
             }
             model.camera.to_world = copies[0] * place * model.camera.to_world;
+            let light_scale = table.number("light_scale")?.unwrap_or(1.0);
+            if light_scale < 0.0 {
+                return Err(table.error("light_scale", "must not be negative"));
+            }
             let lights = std::mem::take(&mut model.lights);
             for copy in &copies {
                 for light in &lights {
                     let mut light = light.clone();
-                    light.lamp.place(&(*copy * place));
+                    light.lamp.model_mut().place(&(*copy * place));
+                    light.lamp.model_mut().brighten(light_scale);
                     model.lights.push(light);
                 }
             }
