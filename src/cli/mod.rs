@@ -1,5 +1,6 @@
 //! Command line: one file a command. A flag that is not built yet is not accepted.
 
+mod bands;
 mod bench;
 mod compare;
 mod conform;
@@ -122,6 +123,24 @@ pub fn parse_crop(text: &str) -> Result<[u32; 4], String> {
     let numbers: Option<Vec<u32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
     let edges = numbers.and_then(|n| <[u32; 4]>::try_from(n).ok());
     edges.ok_or_else(|| "write it as X0,Y0,X1,Y1 in whole pixels, such as 0,0,320,240".into())
+}
+
+/// Bytes, with K, M, G or T for powers of 1024.
+pub fn parse_bytes(text: &str) -> Result<u64, String> {
+    let digits = text.trim_end_matches(['K', 'M', 'G', 'T', 'k', 'm', 'g', 't']);
+    let shift = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" => Some(0),
+        "K" => Some(10),
+        "M" => Some(20),
+        "G" => Some(30),
+        "T" => Some(40),
+        _ => None,
+    };
+    let bytes = shift.and_then(|s| Some((digits.parse::<f64>().ok()?, s)));
+    match bytes {
+        Some((number, shift)) if number > 0.0 && number <= 1e9 => Ok((number * f64::from(shift).exp2()) as u64),
+        _ => Err("write bytes as a number with K, M, G or T, such as 512M".into()),
+    }
 }
 
 /// A finite number above 0.

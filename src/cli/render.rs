@@ -11,9 +11,11 @@ use steradian::integrator::Settings;
 use steradian::output::look::{Look, Tonemap};
 use steradian::output::record::{self, Record, Stages};
 use steradian::output::{self, Format};
+use steradian::render::bands::Totals;
 use steradian::render::{self, Outcome, StoppedBy, Stops};
 use steradian::scene::{self, Scene};
 
+use super::bands;
 use super::interrupt::Interrupt;
 use super::progress::Bar;
 use super::scene_args::SceneArgs;
@@ -46,6 +48,12 @@ pub struct Args {
     /// How .png files show what is brighter than white: clipped, or by Khronos PBR Neutral
     #[arg(long, value_name = "T", default_value = "none")]
     tonemap: Tonemap,
+    /// Finishes the image band by band, top to bottom, in little memory; ends by --spp only
+    #[arg(long)]
+    tiled: bool,
+    /// Most bytes of memory to use, with K, M or G; an image whose film does not fit is finished band by band
+    #[arg(long, value_name = "B", value_parser = super::parse_bytes)]
+    max_memory: Option<u64>,
     /// What an .exr holds beside radiance: names with commas, all or none [default: albedo,normal,depth,variance,samples]
     #[arg(long, value_name = "LIST", value_parser = Aovs::parse)]
     aov: Option<Aovs>,
@@ -78,7 +86,10 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let of_film = scene.film.shutter.map_or(0.0, |s| s.exposure_ev());
     let look = Look { exposure_ev: args.exposure + of_film, tonemap: args.tonemap };
     let window = scene.film.window();
-    Film::check_memory(window.width, window.height, aovs)?;
+    let in_bands = args.tiled || args.max_memory.is_some();
+    if !in_bands {
+        Film::check_memory(window.width, window.height, aovs)?;
+    }
     let settings = args.scene.settings(&scene, aovs);
     seconds.load = begun.elapsed().as_secs_f64();
     let mut notes = scene.notes.clone();
@@ -92,40 +103,82 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     seconds.load += opened.prepare_s;
     notes.extend(opened.notes);
     notes.extend(source.describe().notes);
+    let names = names(&scene, opened.origin);
+    let whole = (scene.film.width, scene.film.height);
+    let subject = output::bands::Subject { window, whole, aovs: source.aovs(), names: &names, look };
+    let rows = if in_bands {
+        bands::rows(args.tiled, args.max_memory, args.time, &outputs, &subject, source.as_ref(), &mut notes)?
+    } else {
+        None
+    };
     notes.iter().for_each(say);
     let bar = Bar::new();
-    let mut outcome =
-        render::render_window(source.as_mut(), window, &stops, &|| interrupt.poll(), &mut |p| bar.update(p))?;
+    let poll = || interrupt.poll();
+    let mut observe = |p: &render::Progress| bar.update(p);
+    let (totals, pictures) = match rows {
+        Some(rows) => {
+            let mut pictures = output::bands::Bands::begin(&outputs, &subject)?;
+            let mut take = |mut film: Film| {
+                film.set_names(names.clone());
+                pictures.write(&film)
+            };
+            let totals =
+                render::bands::render_bands(source.as_mut(), window, rows, &stops, &poll, &mut observe, &mut take)?;
+            (totals, Pictures::Begun(pictures))
+        }
+        None => {
+            let mut outcome = render::render_window(source.as_mut(), window, &stops, &poll, &mut observe)?;
+            outcome.film.set_names(names.clone());
+            (Totals::of(&outcome), Pictures::Film(Box::new(outcome)))
+        }
+    };
     bar.finish();
-    if outcome.film.sample_count() == 0 {
+    if totals.samples == 0 {
         say("interrupted before the first samples: nothing is written");
         return Ok(Exit::Interrupted);
     }
-
-    if outcome.film.min_block_count() == 0 {
-        say("interrupted in the first pass: pixels without a sample are black");
+    if totals.min_block_count == 0 {
+        say("interrupted before every pixel had samples: those without are black");
     }
 
     // Write.
-    outcome.film.set_names(names(&scene, opened.origin));
     let device = source.describe();
     drop(source);
-    (seconds.compile, seconds.upload, seconds.trace) = (device.compile_s, device.upload_s, outcome.trace_s);
-    let mut record = make_record(args, &scene.film, &settings, &outcome, &device, seconds, notes);
+    (seconds.compile, seconds.upload, seconds.trace) = (device.compile_s, device.upload_s, totals.trace_s);
+    let mut record = make_record(args, &scene.film, &settings, &totals, &device, seconds, notes);
     record.wall_s = started.elapsed().as_secs_f64();
     let begun = Instant::now();
-    for path in &outputs {
-        output::write_picture(path, &outcome.film, &record, look)?;
+    match pictures {
+        Pictures::Begun(pictures) => pictures.finish(&record)?,
+        Pictures::Film(outcome) => {
+            for path in &outputs {
+                output::write_picture(path, &outcome.film, &record, look)?;
+            }
+        }
     }
     record.seconds.write = begun.elapsed().as_secs_f64();
     record.wall_s = started.elapsed().as_secs_f64();
     record.peak_host_bytes = record::peak_host_bytes();
+    if let Some(limit) = args.max_memory.filter(|limit| record.peak_host_bytes > *limit) {
+        say(format_args!(
+            "{} MiB were in use at most, more than --max-memory of {} MiB",
+            record.peak_host_bytes >> 20,
+            limit >> 20
+        ));
+    }
     if let Some(path) = &args.record {
         record.write(path)?;
     }
     println!("{}", record.summary());
     outputs.iter().for_each(|path| println!("wrote {}", path.display()));
-    Ok(if outcome.stopped_by == StoppedBy::Interrupt { Exit::Interrupted } else { Exit::Done })
+    Ok(if totals.stopped_by == StoppedBy::Interrupt { Exit::Interrupted } else { Exit::Done })
+}
+
+/// What is left to write when the samples are taken.
+enum Pictures {
+    /// Rows are in their files.
+    Begun(output::bands::Bands),
+    Film(Box<Outcome>),
 }
 
 /// Names behind the numbers of the id AOVs.
@@ -159,20 +212,19 @@ fn make_record(
     args: &Args,
     film_of_scene: &scene::Film,
     settings: &Settings,
-    outcome: &Outcome,
+    totals: &Totals,
     device: &DeviceInfo,
     seconds: Stages,
     mut notes: Vec<String>,
 ) -> Record {
-    let film = &outcome.film;
-    if outcome.error.is_some_and(|e| e.is_heavy_tailed) {
+    if totals.whole.is_some_and(|e| e.is_heavy_tailed) {
         notes.push(
             "the worst 0.1 % of pixels hold most of the estimated error: its tails are too heavy for the interval"
                 .into(),
         );
         notes.iter().skip(notes.len() - 1).for_each(say);
     }
-    let per_trace_second = |count: u64| count as f64 / outcome.trace_s.max(1e-9) * 1e-6;
+    let per_trace_second = |count: u64| count as f64 / totals.trace_s.max(1e-9) * 1e-6;
     Record {
         program: concat!("steradian ", env!("CARGO_PKG_VERSION")).into(),
         command: std::env::args().collect::<Vec<_>>().join(" "),
@@ -186,25 +238,25 @@ fn make_record(
         estimator: keyword(settings.estimator),
         sampler: keyword(settings.sampler),
         max_depth: settings.max_depth,
-        spp: film.min_block_count() as u64 * BLOCK_SAMPLES as u64,
-        stopped_by: outcome.stopped_by.name().into(),
+        spp: totals.min_block_count as u64 * BLOCK_SAMPLES as u64,
+        stopped_by: totals.stopped_by.name().into(),
         wall_s: 0.0,
         seconds,
-        relmse_est: outcome.error.map(|e| e.relmse),
-        relmse_est_exposure: outcome.error.map(|e| e.relmse_exposure),
-        relmse_est_trimmed: outcome.error.map(|e| e.relmse_trimmed),
-        samples: film.sample_count(),
-        rays: film.ray_count(),
-        throughput_MSps: per_trace_second(film.sample_count()),
-        throughput_Mrays_ps: per_trace_second(film.ray_count()),
+        relmse_est: totals.error,
+        relmse_est_exposure: totals.whole.map(|e| e.relmse_exposure),
+        relmse_est_trimmed: totals.whole.map(|e| e.relmse_trimmed),
+        samples: totals.samples,
+        rays: totals.rays,
+        throughput_MSps: per_trace_second(totals.samples),
+        throughput_Mrays_ps: per_trace_second(totals.rays),
         peak_host_bytes: record::peak_host_bytes(),
         peak_device_bytes: device.peak_bytes,
-        film_bytes: film.bytes() as u64,
+        film_bytes: totals.film_bytes as u64,
         device: device.name.clone(),
         device_kind: device.kind.clone(),
         driver: device.driver.clone(),
         kernel_hash: device.kernel_hash.clone(),
-        ledger: film.ledger().clone(),
+        ledger: totals.ledger.clone(),
         notes,
     }
 }

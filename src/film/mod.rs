@@ -108,7 +108,7 @@ impl Film {
         let needed = width as u64 * height as u64 * Self::bytes_a_pixel(aovs) as u64;
         match available_bytes() {
             Some(available) if needed > available => Err(Error::Usage(format!(
-                "a film of {width}x{height} needs {} MiB, but {} MiB of memory are free: choose a smaller --size",
+                "a film of {width}x{height} needs {} MiB, but {} MiB of memory are free: choose a smaller --size, or --tiled to finish it band by band",
                 needed >> 20,
                 available >> 20
             ))),

@@ -65,6 +65,19 @@ pub fn from_film(film: &Film) -> Option<FilmError> {
     })
 }
 
+/// The relMSE of an image from those of its parts, with their numbers of pixels. Parts are independent of each other: the squares of
+/// their half widths add.
+pub fn joined(parts: &[(usize, Estimate)]) -> Option<Estimate> {
+    let pixels: f64 = parts.iter().map(|p| p.0 as f64).sum();
+    if pixels == 0.0 {
+        return None;
+    }
+    let value = parts.iter().map(|(n, e)| *n as f64 * e.value).sum::<f64>() / pixels;
+    let half_width = |(n, e): &(usize, Estimate)| (*n as f64 * (e.high - e.value)).powi(2);
+    let half_width = parts.iter().map(half_width).sum::<f64>().sqrt() / pixels;
+    Some(Estimate { value, low: (value - half_width).max(0.0), high: value + half_width })
+}
+
 /// Each pixel's var / (r^2 + eps), averaged over its channels.
 fn pixel_terms(film: &Film, scales: &[[f64; 3]], epsilon: f64) -> Vec<f64> {
     let term = |pixel: usize| {

@@ -3,6 +3,7 @@
 //! Every file is written beside its place and renamed, so that no one ever reads half of one. `check` says before the render
 //! whether a path can be written.
 
+pub mod bands;
 pub mod exr;
 pub mod hdr;
 pub mod image;

@@ -107,10 +107,19 @@ impl Record {
     }
 }
 
+/// Resident memory of this process now (VmRSS), bytes; 0 where the system does not say.
+pub fn resident_bytes() -> u64 {
+    status_bytes("VmRSS:")
+}
+
 /// Most resident memory this process ever had (VmHWM), bytes; 0 where the system does not say.
 pub fn peak_host_bytes() -> u64 {
+    status_bytes("VmHWM:")
+}
+
+fn status_bytes(key: &str) -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+    let line = status.lines().find_map(|l| l.strip_prefix(key));
     let kibibytes: Option<u64> = line.and_then(|l| l.split_whitespace().next()).and_then(|v| v.parse().ok());
     kibibytes.unwrap_or(0) * 1024
 }

@@ -5,16 +5,16 @@ use crate::film::aov::Aovs;
 use crate::film::slot::SlotRecord;
 use crate::prepare::records::NONE;
 
+fn slot(pixel: usize, block: u64) -> SlotRecord {
+    let v = 16.0 * (0.05 * pixel as f32 + 0.001 * block as f32);
+    SlotRecord { sum: [v, 2.0 * v, 16.0], first_bad: NONE, ..Default::default() }
+}
+
 fn film() -> Film {
     let mut film = Film::new(4, 3, Aovs::usual(), 0);
     for pixel in 0..12 {
         for block in 0..2 {
-            let v = 16.0 * (0.05 * pixel as f32 + 0.001 * block as f32);
-            film.add_block(
-                pixel,
-                block,
-                &SlotRecord { sum: [v, 2.0 * v, 16.0], first_bad: NONE, ..Default::default() },
-            );
+            film.add_block(pixel, block, &slot(pixel, block));
         }
     }
     film
@@ -55,6 +55,43 @@ fn png_and_hdr_read_back() {
     }
     assert_eq!(image::srgb_encode(f32::NAN), 0.0);
     assert!((image::srgb_decode(image::srgb_encode(0.2)) - 0.2).abs() < 1e-6);
+}
+
+/// A picture written band by band has the pixels, layers, units and record of one written whole.
+#[test]
+fn bands_make_the_same_files() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name);
+    let record = Record { scene: "bands".into(), width: 4, height: 3, ..Default::default() };
+    let look = Look { exposure_ev: -1.0, tonemap: look::Tonemap::Neutral };
+    let whole = film();
+    let names = crate::film::aov::Names::default();
+    let subject = bands::Subject { window: whole.window(), whole: (4, 3), aovs: whole.aovs(), names: &names, look };
+    let paths = ["b.exr", "b.png", "b.hdr"].map(path).to_vec();
+    let mut written = bands::Bands::begin(&paths, &subject).unwrap();
+    for (first, rows) in [(0, 2), (2, 1)] {
+        let window = crate::film::Tile { x: 0, y: first, width: 4, height: rows };
+        let mut part = Film::over(window, whole.aovs(), 0);
+        for pixel in 0..part.pixel_count() {
+            (0..2).for_each(|block| part.add_block(pixel, block, &slot(pixel + 4 * first as usize, block)));
+        }
+        written.write(&part).unwrap();
+    }
+    written.finish(&record).unwrap();
+    for (name, other) in [("a.exr", "b.exr"), ("a.png", "b.png"), ("a.hdr", "b.hdr")] {
+        write_picture(&path(name), &whole, &record, look).unwrap();
+        assert_eq!(image::read(&path(name)).unwrap(), image::read(&path(other)).unwrap(), "{name}");
+    }
+    let header = |name: &str| ::exr::meta::MetaData::read_from_file(path(name), false).unwrap().headers[0].clone();
+    let (a, b) = (header("a.exr"), header("b.exr"));
+    assert_eq!(a.channels, b.channels);
+    assert_eq!(a.shared_attributes.display_window, b.shared_attributes.display_window);
+    assert_eq!(a.own_attributes.other.len(), b.own_attributes.other.len());
+    let in_header = exr::read_record(&path("b.exr")).unwrap().unwrap();
+    assert_eq!(serde_json::from_str::<Record>(in_header.trim_end()).unwrap(), record);
+    // Begun and dropped: nothing is left.
+    drop(bands::Bands::begin(&[path("c.exr"), path("c.hdr")], &subject).unwrap());
+    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 6);
 }
 
 #[test]

@@ -5,6 +5,8 @@
 //! start and no pass is begun that would overrun it by the rate measured, but at least one block is always rendered. On an
 //! interrupt the source stops after whole blocks, and what is there is kept.
 
+pub mod bands;
+
 use std::time::Instant;
 
 use crate::error::Error;

@@ -1,0 +1,145 @@
+//! Images larger than memory: a band of rows takes all its samples, is handed on and forgotten, then the next.
+//!
+//! Each pixel has the very samples that it has in one film, so that the pictures are equal bit for bit. There is no progress over the
+//! whole image: such a render ends by samples a pixel, and an interrupt leaves the bands below without any.
+
+use std::time::Instant;
+
+use super::{Outcome, Progress, StoppedBy, Stops, render_window};
+use crate::error::Error;
+use crate::film::ledger::Ledger;
+use crate::film::source::SampleSource;
+use crate::film::{Film, Tile};
+use crate::metric::estimate::{self, Estimate, FilmError};
+
+/// What is known of a render when its film is gone.
+#[derive(Clone, Debug)]
+pub struct Totals {
+    pub samples: u64,
+    pub rays: u64,
+    pub ledger: Ledger,
+    /// Fewest blocks of any pixel.
+    pub min_block_count: u32,
+    /// Largest film held at one time.
+    pub film_bytes: usize,
+    /// Estimated relMSE of the image.
+    pub error: Option<Estimate>,
+    /// All that is known of the error, where the film was whole: the other measures need the image's mean and its worst pixels.
+    pub whole: Option<FilmError>,
+    pub trace_s: f64,
+    pub stopped_by: StoppedBy,
+}
+
+impl Totals {
+    pub fn of(outcome: &Outcome) -> Self {
+        let film = &outcome.film;
+        Self {
+            samples: film.sample_count(),
+            rays: film.ray_count(),
+            ledger: film.ledger().clone(),
+            min_block_count: film.min_block_count(),
+            film_bytes: film.bytes(),
+            error: outcome.error.map(|e| e.relmse),
+            whole: outcome.error,
+            trace_s: outcome.trace_s,
+            stopped_by: outcome.stopped_by,
+        }
+    }
+}
+
+/// Renders `window` in bands of at most `rows` rows and gives each film to `take`. `stops.blocks` must be there and is the only stop.
+pub fn render_bands(
+    source: &mut dyn SampleSource,
+    window: Tile,
+    rows: u32,
+    stops: &Stops,
+    interrupted: &dyn Fn() -> bool,
+    observe: &mut dyn FnMut(&Progress),
+    take: &mut dyn FnMut(Film) -> Result<(), Error>,
+) -> Result<Totals, Error> {
+    let begun = Instant::now();
+    let mut totals = Totals {
+        samples: 0,
+        rays: 0,
+        ledger: Ledger::default(),
+        min_block_count: u32::MAX,
+        film_bytes: 0,
+        error: None,
+        whole: None,
+        trace_s: 0.0,
+        stopped_by: StoppedBy::Spp,
+    };
+    let mut errors: Vec<(usize, Estimate)> = Vec::new();
+    let wanted = stops.blocks.unwrap_or(1);
+    let mut y = window.y;
+    let bottom = window.y + window.height;
+    while y < bottom {
+        let band = Tile { y, height: rows.min(bottom - y), ..window };
+        let film = if totals.stopped_by == StoppedBy::Interrupt {
+            Film::over(band, source.aovs(), 0)
+        } else {
+            // The bar moves by rows, and within a band by blocks.
+            let (done, all) = (u64::from(y - window.y), u64::from(window.height));
+            let mut over_all = |p: &Progress| {
+                let blocks = (done * wanted + p.blocks_done * u64::from(band.height)) / all;
+                observe(&Progress { blocks_done: blocks, error: None, ..*p });
+            };
+            let outcome = render_window(source, band, stops, interrupted, &mut over_all)?;
+            totals.stopped_by = outcome.stopped_by;
+            errors.extend(outcome.error.map(|e| (band.pixel_count(), e.relmse)));
+            outcome.film
+        };
+        totals.samples += film.sample_count();
+        totals.rays += film.ray_count();
+        totals.ledger.join(film.ledger());
+        totals.min_block_count = totals.min_block_count.min(film.min_block_count());
+        totals.film_bytes = totals.film_bytes.max(film.bytes());
+        take(film)?;
+        y += band.height;
+    }
+    totals.error = estimate::joined(&errors);
+    totals.trace_s = begun.elapsed().as_secs_f64();
+    Ok(totals)
+}
+
+/// Rows of a band whose film takes at most `bytes`; None when one row does not fit.
+pub fn rows_within(bytes: u64, window: Tile, source: &dyn SampleSource) -> Option<u32> {
+    let a_row = u64::from(window.width) * Film::bytes_a_pixel(source.aovs()) as u64;
+    let rows = (bytes / a_row.max(1)).min(u64::from(window.height)) as u32;
+    (rows > 0).then_some(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::aov::Aovs;
+    use crate::integrator::Settings;
+    use crate::reference::independent::Independent;
+    use crate::reference::{render, scenes};
+    use crate::render::render_window;
+
+    #[test]
+    fn bands_hold_what_the_whole_film_holds() {
+        let scene = scenes::cornell(11);
+        let settings = Settings { aovs: Aovs::usual(), ..Settings::default() };
+        let mut source = render::Renderer::new(Independent::new(&scene), settings);
+        let stops = Stops { blocks: Some(3), time_s: None, started: Instant::now() };
+        let window = Tile { x: 1, y: 2, width: 9, height: 8 };
+        let whole = render_window(&mut source, window, &stops, &|| false, &mut |_| {}).unwrap();
+        let mut means: Vec<[f32; 3]> = Vec::new();
+        let mut fractions = Vec::new();
+        let mut take = |film: Film| {
+            means.extend(film.mean_f32());
+            Ok(())
+        };
+        let mut observe = |p: &Progress| fractions.push(p.fraction());
+        let totals = render_bands(&mut source, window, 3, &stops, &|| false, &mut observe, &mut take).unwrap();
+        assert_eq!(means, whole.film.mean_f32());
+        assert_eq!((totals.samples, totals.rays), (whole.film.sample_count(), whole.film.ray_count()));
+        assert_eq!((totals.min_block_count, totals.film_bytes), (3, 27 * Film::bytes_a_pixel(Aovs::usual())));
+        assert!(fractions.windows(2).all(|w| w[0] <= w[1]) && fractions.last() == Some(&1.0), "{fractions:?}");
+        // The scale of a pixel's error looks at its neighbours, which a band's edge cuts off.
+        let (a, b) = (totals.error.unwrap(), whole.error.unwrap().relmse);
+        assert!((a.value / b.value - 1.0).abs() < 0.2 && a.low <= a.value && a.value <= a.high, "{a:?} {b:?}");
+    }
+}
