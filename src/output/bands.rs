@@ -28,7 +28,7 @@ use crate::film::{Film, Tile};
 /// Bytes kept in a header for the record: some ten times what one takes.
 const RECORD_ROOM: usize = 64 << 10;
 /// Scan lines on their way to an EXR's thread.
-const LINES_AHEAD: usize = 64;
+const LINES_AHEAD: usize = 16;
 
 /// What the pictures are of.
 pub struct Subject<'a> {

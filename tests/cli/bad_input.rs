@@ -76,7 +76,7 @@ fn cameras() {
 #[test]
 fn flags() {
     let cornell = scene("cornell.toml").display().to_string();
-    let cases: [(&[&str], &[&str]); 26] = [
+    let cases: [(&[&str], &[&str]); 27] = [
         (&["--variant", "Red"], &["cornell.toml", "`variant`", "[[model]]"]),
         (&["--scene", "1"], &["cornell.toml", "`scene`", "[[model]]"]),
         (&["--texture-filter", "blur"], &["blur", "exact", "mipmap"]),
@@ -99,6 +99,7 @@ fn flags() {
         (&["--filter-radius", "0"], &["--filter-radius", "at most 32"]),
         (&["--filter-radius", "1e9"], &["--filter-radius", "at most 32"]),
         (&["--filter-radius", "nan"], &["--filter-radius", "at most 32"]),
+        (&["--max-memory", "lots"], &["lots", "512M"]),
         (&["--tonemap", "filmic"], &["filmic", "neutral"]),
         (&["--aov", "albdo", "-o", "a.exr"], &["albdo", "did you mean albedo"]),
         (&["--aov", "uv", "-o", "a.png"], &["--aov", ".exr"]),

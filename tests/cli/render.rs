@@ -83,6 +83,50 @@ fn a_crop_equals_the_whole_image_there() {
     assert_eq!((data.x(), data.y(), display.size.x(), display.size.y()), (5, 2, 16, 12));
 }
 
+/// scenes/lecture/exposure.toml: 18 % of white. Twice the time is a stop more, and so is --exposure 1.
+#[test]
+fn a_film_is_exposed_by_shutter_iso_and_f_number() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = scene("lecture/exposure.toml").display().to_string();
+    let code = |name: &str, more: &[&str]| {
+        let path = dir.path().join(name).display().to_string();
+        let mut arguments = vec!["render", &scene, "-o", &path, "--device", "cpu"];
+        arguments.extend(more);
+        let ran = run(&arguments);
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
+        let picture = steradian::output::image::read(path.as_ref()).unwrap();
+        (steradian::output::image::srgb_encode(picture.pixels[0][1]) * 255.0).round() as u32
+    };
+    assert_eq!((code("a.png", &[]), code("b.png", &["--exposure", "1"])), (118, 162));
+    assert_eq!(code("c.png", &["--exposure", "20", "--tonemap", "neutral"]), 255);
+}
+
+/// Band by band, the same picture; a limit that no row fits in is refused with numbers, and so is a time.
+#[test]
+fn bands_make_the_same_picture() {
+    let dir = tempfile::tempdir().unwrap();
+    let cornell = scene("cornell.toml").display().to_string();
+    let picture = |name: &str, more: &[&str]| {
+        let path = dir.path().join(name).display().to_string();
+        let mut arguments = vec!["render", &cornell, "-o", &path, "--spp", "16"];
+        arguments.extend(SMALL);
+        arguments.extend(more);
+        let ran = run(&arguments);
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
+        (steradian::output::image::read(path.as_ref()).unwrap(), ran.stderr)
+    };
+    let (whole, _) = picture("whole.exr", &[]);
+    let (bands, said) = picture("bands.exr", &["--tiled"]);
+    assert!(said.contains("is finished in 1 bands of 12 rows"), "{said}");
+    assert_eq!(whole, bands);
+    let refused = |more: &[&str], word: &str| {
+        let ran = run(&[&["render", &cornell, "--device", "cpu"][..], more].concat());
+        assert!(ran.code == 2 && ran.stderr.contains(word), "{}", ran.stderr);
+    };
+    refused(&["--tiled", "--time", "5"], "give --spp instead of --time");
+    refused(&["--max-memory", "1M"], "MiB or more");
+}
+
 #[test]
 fn time_is_a_stop() {
     let dir = tempfile::tempdir().unwrap();
