@@ -24,6 +24,11 @@ vec3 fresnel_dielectric(float cos_o, float eta) {
     return t2 > 0.0 ? vec3(f, min(cos_t, 1.0), t) : vec3(1.0, 0.0, 0.0);
 }
 
+// 2 int F(mu) mu dmu from outside, n >= 1 (the fit of Kulla and Conty 2017).
+float fresnel_dielectric_average(float n) {
+    return (n - 1.0) / (4.08567 + 1.00071 * n);
+}
+
 // Conductor of index eta - ik, per channel. a + ib = sqrt(n^2 - sin^2) by the root that adds; the amplitudes as sums of squares.
 Spectrum fresnel_conductor(float cos_o, Spectrum eta, Spectrum k) {
     float sin2 = (1.0 - cos_o) * (1.0 + cos_o);

@@ -102,6 +102,9 @@ uint add_next_event(inout PathState s, Surface surface, MaterialRecord material,
 // Chooses the next direction; returns false when the path is absorbed.
 bool scatter(inout PathState s, Surface surface, MaterialRecord material, Shading shading, inout Tally tally) {
     vec2 u = vec2(u01(path_word(s, BSDF_U)), u01(path_word(s, BSDF_V)));
+#if HAS_MIXTURES
+    shading.lobes.pick = path_word(s, BSDF_MIX);
+#endif
     BsdfSample b = bsdf_sample(shading.lobes, shading.wo, path_word(s, BSDF_LOBE), u);
     vec3 wi = to_world(shading.frame, b.wi);
     bool is_sampled = (b.pdf > 0.0 && max_component(b.weight) > 0.0) || is_nan_bits(b.pdf + dot(b.weight, vec3(1.0)));

@@ -27,6 +27,11 @@ pub fn dielectric_transmittance(cos_o: f64, eta: f64) -> f64 {
     2.0 * cos_o * eta * cos_t * (perpendicular.powi(-2) + parallel.powi(-2))
 }
 
+/// Hemispherical average 2 int F mu dmu of a dielectric of index n >= 1 seen from outside, fitted by Kulla and Conty 2017.
+pub fn dielectric_average(n: f64) -> f64 {
+    (n - 1.0) / (4.085_67 + 1.000_71 * n)
+}
+
 /// Reflectance of a conductor of index eta - ik (relative to vacuum) in one channel, by complex arithmetic.
 pub fn conductor_channel(cos_o: f64, eta: f64, k: f64) -> f64 {
     // n^2 cos_t' = sqrt(n^2 - sin^2) is the only complex square root needed.

@@ -6,9 +6,11 @@
 //! Here the maths are f64 and written from the papers; GLSL is written on its own and gate 3 compares the two.
 
 pub(crate) mod coat;
+pub mod dielectric_albedo;
 pub(crate) mod fresnel;
 pub(crate) mod ggx;
 pub mod ggx_albedo;
+pub mod mixture;
 
 use glam::DVec3;
 
@@ -120,7 +122,11 @@ impl Model {
 
 /// Rows of a table named in `Model::tables`.
 pub fn table_rows(name: &str) -> Option<Vec<[f32; 4]>> {
-    (name == "ggx_albedo").then(ggx_albedo::rows)
+    match name {
+        "ggx_albedo" => Some(ggx_albedo::rows()),
+        "dielectric_deficit" => Some(dielectric_albedo::rows()),
+        _ => None,
+    }
 }
 
 /// Whether a choice of probability `p` is taken by 32 random bits: the same integer threshold as in GLSL.
@@ -192,7 +198,9 @@ mod tests {
                 }
                 source += "layout(binding = 0) uniform usamplerBuffer table;\n";
                 source += "layout(binding = 1) buffer Io { vec4 io[]; };\n";
-                source += "uvec4 ggx_albedo_row(uint i) { return texelFetch(table, int(i)); }\n";
+                for table in ["ggx_albedo", "dielectric_deficit"] {
+                    source += &format!("uvec4 {table}_row(uint i) {{ return texelFetch(table, int(i)); }}\n");
+                }
                 for file in
                     ["core/math.glsl", "core/trig.glsl", "core/frame.glsl", "core/warp.glsl", "bsdf/common.glsl"]
                 {

@@ -116,16 +116,37 @@ pub const ROWS: &[Row] = &[
     },
     Row {
         keyword: "dielectric",
-        domains: &[Domain::Index, Domain::Roughness, Domain::RoughnessY],
+        domains: &[Domain::Index, Domain::Roughness, Domain::RoughnessY, Domain::Switch],
         k: [64.0, 1024.0],
-        covers: &["dielectric_eval_pdf"],
+        covers: &[
+            "dielectric_deficits",
+            "dielectric_lost",
+            "dielectric_value",
+            "dielectric_value_between",
+            "dielectric_eval_pdf",
+            "dielectric_multiple",
+        ],
         sweeps: &[
             Sweep {
                 furnace: Furnace::AtMostOne,
                 refracts_by: Some("eta"),
-                values: &[&[1.5, 0.7, 1.0, 1.2, 2.4], &[0.0, 0.0317, 0.15, 0.5, 1.0], &[-1.0]],
+                values: &[&[1.5, 0.7, 1.0, 1.2, 2.4], &[0.0, 0.0317, 0.5, 1.0], &[-1.0], &[0.0]],
             },
-            Sweep { furnace: Furnace::AtMostOne, refracts_by: Some("eta"), values: &[&[1.5], &[0.3], &[0.1, 0.9]] },
+            Sweep {
+                furnace: Furnace::Unity,
+                refracts_by: Some("eta"),
+                values: &[&[1.333, 1.5], &[0.0317, 0.15, 0.35, 0.6, 1.0], &[-1.0], &[1.0]],
+            },
+            Sweep {
+                furnace: Furnace::AtMostOne,
+                refracts_by: Some("eta"),
+                values: &[&[0.7, 1.2, 2.4], &[0.15, 0.5, 1.0], &[-1.0], &[1.0]],
+            },
+            Sweep {
+                furnace: Furnace::AtMostOne,
+                refracts_by: Some("eta"),
+                values: &[&[1.5], &[0.3], &[0.1, 0.9], &[0.0, 1.0]],
+            },
         ],
     },
     Row {

@@ -103,6 +103,20 @@ const MUTATIONS: &[Mutation] = &[
         caught_by: &[Replay(scenes::layers), Image(scenes::layers)],
     },
     Mutation {
+        name: "the surface of a mixture is picked by the word that picks its lobe",
+        fault: text("integrator/scatter.glsl", "path_word(s, BSDF_MIX)", "path_word(s, BSDF_LOBE)"),
+        caught_by: &[Replay(scenes::mixtures), Image(scenes::mixtures)],
+    },
+    Mutation {
+        name: "what rough glass loses is given back on the side it came from only",
+        fault: text(
+            "bsdf/dielectric.glsl",
+            "bool stays = bsdf_is_chosen(choice, lost * (1.0 - t));",
+            "bool stays = true;",
+        ),
+        caught_by: &[Replay(scenes::materials)],
+    },
+    Mutation {
         name: "anisotropy does not follow mirrored texture coordinates",
         fault: text("integrator/scatter.glsl", "lobes_mirror(r.lobes, (tangent.w < 0.0) != is_back);", ""),
         caught_by: &[Replay(scenes::layers), Image(scenes::layers)],

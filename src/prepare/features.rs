@@ -45,6 +45,10 @@ pub struct Features {
     pub transmission: bool,
     /// Models present, ascending numbers of `bsdf::MODELS`.
     pub bsdfs: Vec<usize>,
+    /// Slots: (model, number among equal models of one mixture).
+    pub lobes: Vec<(usize, usize)>,
+    /// Some material mixes surfaces. Not switched on by `everything`: then all lobes would be added up at every surface.
+    pub mixtures: bool,
     /// Macros the models ask for, name and whether it is on.
     pub bsdf_macros: Vec<(&'static str, bool)>,
     pub image_textures: bool,
@@ -75,9 +79,10 @@ impl Features {
                 .iter()
                 .any(|t| (t.flags >> TEXTURE_WRAP_U_SHIFT) & 3 == mode || (t.flags >> TEXTURE_WRAP_V_SHIFT) & 3 == mode)
         };
-        let mut bsdfs: Vec<usize> = p.materials.iter().map(|m| m.bsdf as usize).collect();
-        bsdfs.sort_unstable();
-        bsdfs.dedup();
+        let mut lobes: Vec<(usize, usize)> = p.structures.iter().flat_map(Structure::lobes).collect();
+        lobes.sort_unstable();
+        lobes.dedup();
+        let bsdfs = lobes.iter().filter(|l| l.1 == 0).map(|l| l.0).collect();
         let mut f = Self {
             integrator: settings.integrator,
             sampler: settings.sampler,
@@ -103,6 +108,8 @@ impl Features {
             media: !p.media.is_empty(),
             transmission: has(MATERIAL_TRANSMITS),
             bsdfs,
+            lobes,
+            mixtures: p.structures.iter().any(|s| matches!(s.role, Role::Mix(_))),
             bsdf_macros: p.bsdf_macros.clone(),
             image_textures: false,
             checker_textures: false,
@@ -172,6 +179,9 @@ impl Features {
             }
         }
         self.bsdfs = (0..bsdf::MODELS.len()).collect();
+        self.lobes.extend(self.bsdfs.iter().map(|b| (*b, 0)));
+        self.lobes.sort_unstable();
+        self.lobes.dedup();
         // No picture is taken by a meter: only the scene's own is there.
         let own = self.cameras.clone();
         self.cameras = (0..camera::MODELS.len()).filter(|k| !camera::MODELS[*k].is_meter || own.contains(k)).collect();
@@ -247,6 +257,7 @@ impl Features {
             ("HAS_NORMAL_MAPS", self.normal_maps),
             ("HAS_MEDIA", self.media),
             ("HAS_TRANSMISSION", self.transmission),
+            ("HAS_MIXTURES", self.mixtures),
             ("TEXTURE_HAS_HALF", self.texture_half),
             ("TEXTURE_HAS_WIDE", self.texture_wide),
             ("TEXTURE_HAS_MIPS", self.texture_mips),

@@ -9,7 +9,7 @@ use super::geometry::Wanted;
 use super::pattern::{Context, Node, Patterns, Role, Structure};
 use super::records::*;
 use crate::bsdf;
-use crate::scene::{Alpha, Encoding, Image, Material, Mesh, Pixels, Scene, Texture, TextureFilter, Value};
+use crate::scene::{Alpha, Encoding, Image, Material, Mesh, Pixels, Scene, Surface, Texture, TextureFilter, Value};
 use crate::{math, texture};
 
 /// What `prepare` needs of the materials.
@@ -52,17 +52,29 @@ pub fn resolve(scene: &Scene) -> Resolved {
         });
     }
     for model in bsdf::MODELS {
-        let wearers = scene.materials.iter().filter(|m| bsdf::MODELS[m.bsdf].keyword == model.keyword);
+        let surfaces = || scene.materials.iter().flat_map(|m| m.surfaces());
         for &(name, when) in model.macros {
-            r.macros.push((name, wearers.clone().any(|m| asks_for(m, when))));
+            let asks = |s: Surface| bsdf::MODELS[s.bsdf].keyword == model.keyword && asks_for(&s, when);
+            r.macros.push((name, surfaces().any(asks)));
         }
     }
     r
 }
 
 fn resolve_material(m: &Material, patterns: &mut Patterns, context: &Context, r: &mut Resolved) -> MaterialRecord {
-    let inputs = resolve_curves(m);
-    let (pattern, data) = patterns.add(Role::Bsdf(m.bsdf), &inputs, context);
+    let resolved: Vec<Vec<Value>> = m.surfaces().iter().map(resolve_curves).collect();
+    let (pattern, data) = match &m.parts[..] {
+        [] => patterns.add(Role::Bsdf(m.bsdf), &resolved[0], context),
+        parts => {
+            let shares = parts.iter().map(|p| p.share.clone());
+            let values: Vec<Value> = resolved
+                .into_iter()
+                .zip(shares)
+                .flat_map(|(inputs, share)| inputs.into_iter().chain([share]))
+                .collect();
+            patterns.add(Role::Mix(parts.iter().map(|p| p.bsdf).collect()), &values, context)
+        }
+    };
     let mut record = MaterialRecord {
         pattern,
         data,
@@ -110,35 +122,36 @@ fn resolve_material(m: &Material, patterns: &mut Patterns, context: &Context, r:
     record
 }
 
-/// The model lets light through at this material.
+/// Some surface of the material lets light through.
 pub fn transmits(m: &Material) -> bool {
-    bsdf::MODELS[m.bsdf].transmits_when(|input| input_of(m, input).is_some_and(|v| !is_zero(v)))
+    m.surfaces().iter().any(lets_through)
+}
+
+fn lets_through(s: &Surface) -> bool {
+    bsdf::MODELS[s.bsdf].transmits_when(|input| s.input(input).is_some_and(|v| !is_zero(v)))
 }
 
 /// Light goes straight through, into the same medium.
 pub fn is_thin(m: &Material) -> bool {
-    bsdf::MODELS[m.bsdf].keyword.starts_with("thin_") || input_of(m, "thin").is_some_and(|v| !is_zero(v))
+    let is_wall =
+        |s: &Surface| bsdf::MODELS[s.bsdf].keyword.starts_with("thin_") || s.input("thin").is_some_and(|v| !is_zero(v));
+    m.surfaces().iter().filter(|s| lets_through(s)).all(is_wall)
 }
 
 fn follows_tangent(m: &Material) -> bool {
-    m.normal_map.is_some() || is_anisotropic(m)
+    m.normal_map.is_some() || m.surfaces().iter().any(is_anisotropic)
 }
 
-fn is_anisotropic(m: &Material) -> bool {
-    input_of(m, "roughness_y").is_some_and(|v| !matches!(v, Value::Constant([x, ..]) if *x < 0.0))
-        || input_of(m, "anisotropy").is_some_and(|v| !is_zero(v))
+fn is_anisotropic(s: &Surface) -> bool {
+    s.input("roughness_y").is_some_and(|v| !matches!(v, Value::Constant([x, ..]) if *x < 0.0))
+        || s.input("anisotropy").is_some_and(|v| !is_zero(v))
 }
 
-fn input_of<'a>(m: &'a Material, name: &str) -> Option<&'a Value> {
-    let place = bsdf::MODELS[m.bsdf].inputs.iter().position(|i| i.name == name)?;
-    m.inputs.get(place)
-}
-
-/// The material may need the part of its model's text.
-fn asks_for(m: &Material, when: bsdf::When) -> bool {
+/// The surface may need the part of its model's text.
+fn asks_for(s: &Surface, when: bsdf::When) -> bool {
     match when {
-        bsdf::When::NotZero(inputs) => inputs.iter().all(|i| input_of(m, i).is_some_and(|v| !is_zero(v))),
-        bsdf::When::NotDefault(names) => bsdf::MODELS[m.bsdf].inputs.iter().zip(&m.inputs).any(|(input, value)| {
+        bsdf::When::NotZero(inputs) => inputs.iter().all(|i| s.input(i).is_some_and(|v| !is_zero(v))),
+        bsdf::When::NotDefault(names) => bsdf::MODELS[s.bsdf].inputs.iter().zip(s.inputs).any(|(input, value)| {
             names.contains(&input.name) && !matches!(value, Value::Constant(c) if c[..3] == input.default)
         }),
     }
@@ -154,8 +167,8 @@ pub fn is_zero(value: &Value) -> bool {
 }
 
 /// Inputs with metals' curves replaced by the RGB (eta, k) that reflect the same light.
-fn resolve_curves(m: &Material) -> Vec<Value> {
-    let mut inputs = m.inputs.clone();
+fn resolve_curves(m: &Surface) -> Vec<Value> {
+    let mut inputs = m.inputs.to_vec();
     let place = |name: &str| bsdf::MODELS[m.bsdf].inputs.iter().position(|i| i.name == name);
     if let (Some(eta), Some(k)) = (place("eta"), place("k"))
         && let (Value::Curve(eta_curve), Value::Curve(k_curve)) = (&m.inputs[eta], &m.inputs[k])
@@ -205,7 +218,7 @@ fn presence_textures(scene: &Scene) -> HashSet<usize> {
                 collect(a, found);
                 collect(b, found);
             }
-            Value::Channel(a, _) => collect(a, found),
+            Value::Channel(a, _) | Value::Share(a) | Value::Rest(a) => collect(a, found),
             Value::Constant(_) | Value::Curve(_) | Value::VertexColor => {}
         }
     }
@@ -224,6 +237,8 @@ fn mean(value: &Value, scene: &Scene) -> DVec3 {
         Value::Constant(c) => DVec3::new(c[0], c[1], c[2]),
         Value::Curve(_) | Value::VertexColor => DVec3::ONE,
         Value::Multiply(a, b) => mean(a, scene) * mean(b, scene),
+        Value::Share(a) => mean(a, scene),
+        Value::Rest(a) => DVec3::ONE - mean(a, scene),
         Value::Channel(a, c) => DVec3::splat(mean(a, scene)[usize::from(*c).min(2)]),
         Value::Texture { texture, .. } => match &scene.textures[*texture] {
             Texture::Constant(c) => DVec3::new(c[0], c[1], c[2]),

@@ -21,13 +21,17 @@ pub enum Node {
     VertexColor,
     Multiply(Box<Node>, Box<Node>),
     Channel(Box<Node>, u8),
+    Share(Box<Node>),
+    Rest(Box<Node>),
 }
 
 /// What a function's results are for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
     /// Inputs of the model with this number.
     Bsdf(usize),
+    /// For each model of a mixture its inputs, then its share.
+    Mix(Vec<usize>),
     Emission,
     Alpha,
     Normal,
@@ -103,6 +107,8 @@ impl Compiler<'_> {
             Value::VertexColor => Node::VertexColor,
             Value::Multiply(a, b) => Node::Multiply(Box::new(self.node(a)), Box::new(self.node(b))),
             Value::Channel(a, c) => Node::Channel(Box::new(self.node(a)), *c),
+            Value::Share(a) => Node::Share(Box::new(self.node(a))),
+            Value::Rest(a) => Node::Rest(Box::new(self.node(a))),
             Value::Texture { texture, uv_set, uv_transform } => self.texture(*texture, *uv_set, uv_transform),
         }
     }
@@ -131,10 +137,22 @@ impl Compiler<'_> {
 }
 
 impl Structure {
+    /// (model, number among equal models) of each surface; empty for other roles.
+    pub fn lobes(&self) -> Vec<(usize, usize)> {
+        match &self.role {
+            Role::Bsdf(model) => vec![(*model, 0)],
+            Role::Mix(models) => {
+                let before = |k: usize| models[..k].iter().filter(|m| **m == models[k]).count();
+                models.iter().enumerate().map(|(k, m)| (*m, before(k))).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
     /// GLSL statements (`vec4 vN = ...;`) and the name of each output's variable. `data` and `point` are in scope.
     /// With footprints, what shades reads them; emission and presence are looked up at a point (texture/mip.rs).
     pub fn glsl(&self, has_footprints: bool) -> (String, Vec<String>) {
-        let has_footprints = has_footprints && matches!(self.role, Role::Bsdf(_) | Role::Normal);
+        let has_footprints = has_footprints && matches!(self.role, Role::Bsdf(_) | Role::Mix(_) | Role::Normal);
         let mut writer = Writer { text: String::new(), names: HashMap::new(), has_footprints };
         let outputs = self.outputs.iter().map(|n| writer.name(n)).collect();
         (writer.text, outputs)
@@ -148,7 +166,7 @@ impl Structure {
                     walk(a, f);
                     walk(b, f);
                 }
-                Node::Channel(a, _) => walk(a, f),
+                Node::Channel(a, _) | Node::Share(a) | Node::Rest(a) => walk(a, f),
                 _ => {}
             }
         }
@@ -191,6 +209,8 @@ impl Writer {
             ),
             Node::VertexColor => "point.color".to_owned(),
             Node::Multiply(a, b) => format!("{} * {}", self.name(a), self.name(b)),
+            Node::Share(a) => format!("vec4(clamp({}.x, 0.0, 1.0))", self.name(a)),
+            Node::Rest(a) => format!("vec4(1.0 - clamp({}.x, 0.0, 1.0))", self.name(a)),
             Node::Channel(a, c) => {
                 format!("{}.{}", self.name(a), ["xxxx", "yyyy", "zzzz", "wwww"][usize::from(*c)])
             }

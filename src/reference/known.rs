@@ -56,6 +56,7 @@ pub fn material(keyword: &str, set: &[(&str, Value)]) -> Material {
         normal_map: None,
         interior: None,
         priority: 0,
+        parts: Vec::new(),
     }
 }
 

@@ -225,7 +225,7 @@ pub fn trace<W: World>(
         }
         let wo_world = -ray.direction;
         let shading = surface.shading(wo_world);
-        let bsdf = surface.params.bsdf();
+        let bsdf = &surface.params;
         if edge == 1 {
             sample.first = Some(FirstHit {
                 albedo: bsdf.albedo(),
@@ -313,7 +313,9 @@ pub fn trace<W: World>(
         }
         // 7. Scatter.
         let u = [random.unit(vertex, sampler::BSDF_U), random.unit(vertex, sampler::BSDF_V)];
-        let Some(scattered) = bsdf.sample(wo, random.bits(vertex, sampler::BSDF_LOBE), u) else {
+        let Some(scattered) =
+            bsdf.sample(wo, random.bits(vertex, sampler::BSDF_MIX), random.bits(vertex, sampler::BSDF_LOBE), u)
+        else {
             observe(trace);
             break;
         };

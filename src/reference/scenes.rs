@@ -6,7 +6,7 @@ mod layers;
 pub mod lights;
 mod placed;
 
-pub use layers::layers;
+pub use layers::{layers, mixtures};
 
 use std::f64::consts::PI;
 
@@ -357,5 +357,6 @@ pub fn all(size: u32) -> Vec<Scene> {
         lights::glowing(size),
         layers(size),
         placed(size),
+        mixtures(size),
     ]
 }

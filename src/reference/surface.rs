@@ -6,10 +6,10 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::bsdf::Params;
+use crate::bsdf::mixture::Mixture;
 
 /// What a world knows of a hit, before the viewer's side is considered.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Surface {
     pub point: DVec3,
     /// Unit, on the front side.
@@ -20,7 +20,7 @@ pub struct Surface {
     pub tangent: Option<(DVec3, f64)>,
     /// Normal in the tangent frame, scaled and not yet unit.
     pub normal_map: Option<DVec3>,
-    pub params: Params,
+    pub params: Mixture,
     /// First set of texture coordinates.
     pub uv: DVec2,
     /// Numbers in the scene's lists of instances and materials.

@@ -99,6 +99,8 @@ dimensions! {
     /// Which element of a surface meter: alias table index word and fraction word (vertex 0).
     SENSOR_INDEX = (7, 0);
     SENSOR_FRACTION = (7, 1);
+    /// Which surface of a mixture.
+    BSDF_MIX = (8, 0);
 }
 
 #[cfg(test)]

@@ -246,6 +246,10 @@ pub enum Value {
     Multiply(Box<Value>, Box<Value>),
     /// Channel 0..=3 of the argument, in all four channels.
     Channel(Box<Value>, u8),
+    /// The first channel of the argument, cut to [0, 1], in all four channels.
+    Share(Box<Value>),
+    /// 1 less that.
+    Rest(Box<Value>),
 }
 
 impl Value {
@@ -283,6 +287,40 @@ pub struct Material {
     pub interior: Option<Medium>,
     /// Nested dielectrics: the higher wins (kept now, used later).
     pub priority: u32,
+    /// The surfaces of a mixture, the first of which is `bsdf` with `inputs`; empty for a plain surface.
+    pub parts: Vec<Part>,
+}
+
+/// One surface of a mixture. Shares are in [0, 1] and add to 1.
+#[derive(Clone, Debug)]
+pub struct Part {
+    pub bsdf: usize,
+    pub inputs: Vec<Value>,
+    pub share: Value,
+}
+
+/// A model with its inputs.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface<'a> {
+    pub bsdf: usize,
+    pub inputs: &'a [Value],
+}
+
+impl<'a> Surface<'a> {
+    pub fn input(&self, name: &str) -> Option<&'a Value> {
+        let place = crate::bsdf::MODELS[self.bsdf].inputs.iter().position(|i| i.name == name)?;
+        self.inputs.get(place)
+    }
+}
+
+impl Material {
+    /// Its surface, or those of the mixture.
+    pub fn surfaces(&self) -> Vec<Surface<'_>> {
+        if self.parts.is_empty() {
+            return vec![Surface { bsdf: self.bsdf, inputs: &self.inputs }];
+        }
+        self.parts.iter().map(|p| Surface { bsdf: p.bsdf, inputs: &p.inputs }).collect()
+    }
 }
 
 #[derive(Clone, Debug)]

@@ -25,15 +25,20 @@ float pattern_uv_scale(uint row) {
 }
 ";
 
-/// The struct of lobe slots: one a model kind in the scene, and which of them the material uses.
+/// The struct of lobe slots: one a model kind in the scene, and which of them the material uses; or, where some material mixes
+/// surfaces, one a kind and as many more as a mixture has of it, their shares, and the word that picks one.
 fn lobes(f: &Features) -> String {
     let mut text = "struct Lobes {\n    uint kind;\n".to_owned();
-    for &b in &f.bsdfs {
-        text += &format!("    {} {};\n", bsdf::MODELS[b].glsl_type, bsdf::MODELS[b].keyword);
+    for &lobe in &f.lobes {
+        text += &format!("    {} {};\n", bsdf::MODELS[lobe.0].glsl_type, slot(lobe));
+        if f.mixtures {
+            text += &format!("    float share_{};\n", slot(lobe));
+        }
     }
+    text += if f.mixtures { "    uint pick;\n" } else { "" };
     text += "};\n\nLobes lobes_default() {\n    Lobes l;\n    l.kind = 0u;\n";
-    for &b in &f.bsdfs {
-        let model = &bsdf::MODELS[b];
+    for &lobe in &f.lobes {
+        let model = &bsdf::MODELS[lobe.0];
         let defaults: Vec<String> = model
             .inputs
             .iter()
@@ -44,9 +49,19 @@ fn lobes(f: &Features) -> String {
                 }
             })
             .collect();
-        text += &format!("    l.{0} = {0}_params({1});\n", model.keyword, defaults.join(", "));
+        text += &format!("    l.{} = {}_params({});\n", slot(lobe), model.keyword, defaults.join(", "));
+        if f.mixtures {
+            text += &format!("    l.share_{} = 0.0;\n", slot(lobe));
+        }
     }
+    text += if f.mixtures { "    l.pick = 0u;\n" } else { "" };
     text + "    return l;\n}\n\n"
+}
+
+/// Name of a slot of `Lobes`.
+fn slot((model, number): (usize, usize)) -> String {
+    let keyword = bsdf::MODELS[model].keyword;
+    if number == 0 { keyword.to_owned() } else { format!("{keyword}_{number}") }
 }
 
 fn float(x: f64) -> String {
@@ -58,13 +73,15 @@ pub fn patterns(f: &Features) -> String {
     let mut text = PATTERN_HEAD.to_owned() + "\n" + &lobes(f);
     let mut cases: [Vec<(usize, String)>; 4] = Default::default();
     for (number, structure) in f.structures.iter().enumerate() {
-        let (signature, role) = match structure.role {
-            Role::Bsdf(_) => (format!("void pattern_{number}(uint data, SurfacePoint point, inout Lobes l)"), 0),
+        let (signature, role) = match &structure.role {
+            Role::Bsdf(_) | Role::Mix(_) => {
+                (format!("void pattern_{number}(uint data, SurfacePoint point, inout Lobes l)"), 0)
+            }
             Role::Emission => (format!("Spectrum pattern_{number}(uint data, SurfacePoint point)"), 1),
             Role::Alpha => (format!("float pattern_{number}(uint data, SurfacePoint point)"), 2),
             Role::Normal => (format!("vec3 pattern_{number}(uint data, SurfacePoint point)"), 3),
         };
-        text += &format!("{signature} {{\n{}}}\n\n", body(structure, f.texture_mips));
+        text += &format!("{signature} {{\n{}}}\n\n", body(structure, f));
         cases[role].push((number, format!("pattern_{number}")));
     }
     text += &choice(
@@ -93,17 +110,28 @@ pub fn patterns(f: &Features) -> String {
     text
 }
 
-fn body(structure: &Structure, has_footprints: bool) -> String {
-    let (mut text, outputs) = structure.glsl(has_footprints);
-    match structure.role {
-        Role::Bsdf(model) => {
-            let model = &bsdf::MODELS[model];
-            let arguments: Vec<String> = outputs
-                .iter()
-                .zip(model.inputs)
-                .map(|(o, i)| format!("{o}.{}", if i.kind == InputKind::Scalar { "x" } else { "xyz" }))
-                .collect();
-            text += &format!("    l.{0} = {0}_params({1});\n", model.keyword, arguments.join(", "));
+fn body(structure: &Structure, f: &Features) -> String {
+    let (mut text, outputs) = structure.glsl(f.texture_mips);
+    match &structure.role {
+        Role::Bsdf(_) | Role::Mix(_) => {
+            let is_mixture = matches!(structure.role, Role::Mix(_));
+            let mut at = 0;
+            for lobe in structure.lobes() {
+                let model = &bsdf::MODELS[lobe.0];
+                let arguments: Vec<String> = outputs[at..]
+                    .iter()
+                    .zip(model.inputs)
+                    .map(|(o, i)| format!("{o}.{}", if i.kind == InputKind::Scalar { "x" } else { "xyz" }))
+                    .collect();
+                at += model.inputs.len();
+                text += &format!("    l.{} = {}_params({});\n", slot(lobe), model.keyword, arguments.join(", "));
+                if is_mixture {
+                    text += &format!("    l.share_{} = {}.x;\n", slot(lobe), outputs[at]);
+                    at += 1;
+                } else if f.mixtures {
+                    text += &format!("    l.share_{} = 1.0;\n", slot(lobe));
+                }
+            }
         }
         Role::Emission => text += &format!("    return {}.xyz;\n", outputs[0]),
         Role::Alpha => text += &format!("    return {}.x;\n", outputs[0]),
@@ -128,14 +156,53 @@ fn choice(signature: &str, init: &str, key: &str, cases: &[(usize, String)], act
 }
 
 /// Turns directions along the surface for a frame whose y points against the bitangent.
-const MIRROR: &str = "\
-#if GLTF_ANISOTROPY
-void lobes_mirror(inout Lobes l, bool is_mirrored) {
-    l.gltf.along.y *= is_mirrored ? -1.0 : 1.0;
+fn mirror(f: &Features) -> String {
+    let gltf = f.lobes.iter().filter(|l| bsdf::MODELS[l.0].keyword == "gltf");
+    let lines: String = gltf.map(|l| format!("    l.{}.along.y *= is_mirrored ? -1.0 : 1.0;\n", slot(*l))).collect();
+    format!("#if GLTF_ANISOTROPY\nvoid lobes_mirror(inout Lobes l, bool is_mirrored) {{\n{lines}}}\n#endif\n\n")
 }
-#endif
 
-";
+/// The same five functions where surfaces may be mixed: sums over all slots by their shares. A model that knows no inside sees
+/// both directions mirrored from below.
+fn mixtures(f: &Features) -> String {
+    let each = |line: &dyn Fn(&str, &str, &str) -> String| -> String {
+        let of = |l: &(usize, usize)| {
+            let model = &bsdf::MODELS[l.0];
+            let up = if f.transmission && !model.transmits { " * up" } else { "" };
+            line(&slot(*l), model.keyword, up)
+        };
+        f.lobes.iter().map(of).collect()
+    };
+    let up = if f.transmission { "    vec3 up = vec3(1.0, 1.0, wo.z < 0.0 ? -1.0 : 1.0);\n" } else { "" };
+    let sum = |signature: &str, kind: &str, head: &str, line: &dyn Fn(&str, &str, &str) -> String| {
+        format!("{kind} {signature} {{\n    {kind} r = {kind}(0.0);\n{head}{}    return r;\n}}\n\n", each(line))
+    };
+    let mut text = sum("bsdf_eval(Lobes l, vec3 wo, vec3 wi)", "Spectrum", up, &|s, k, up| {
+        format!("    r += l.share_{s} * {k}_eval(l.{s}, wo{up}, wi{up});\n")
+    });
+    text += &sum("bsdf_pdf(Lobes l, vec3 wo, vec3 wi)", "float", up, &|s, k, up| {
+        format!("    r += l.share_{s} * {k}_pdf(l.{s}, wo{up}, wi{up});\n")
+    });
+    text += "BsdfSample bsdf_sample(Lobes l, vec3 wo, uint choice, vec2 u) {\n    BsdfSample r = bsdf_sample_none();\n    \
+             BsdfSample s;\n    float up_to = 0.0;\n    bool is_taken = false;\n";
+    text += up;
+    text += &each(&|s, k, up| {
+        let turn = if up.is_empty() { String::new() } else { "    s.wi *= up;\n".to_owned() };
+        format!(
+            "    s = {k}_sample(l.{s}, wo{up}, choice, u);\n{turn}    s.pdf *= l.share_{s};\n    up_to += l.share_{s};\n    \
+             if (!is_taken && l.share_{s} > 0.0) {{\n        r = s;\n    }}\n    \
+             is_taken = is_taken || bsdf_is_chosen(l.pick, up_to);\n"
+        )
+    });
+    text += "    bool is_delta = (r.flags & SAMPLE_DELTA) != 0u;\n    float pdf = bsdf_pdf(l, wo, r.wi);\n    \
+             Spectrum weight = pdf > 0.0 ? bsdf_eval(l, wo, r.wi) / pdf : Spectrum(0.0);\n    \
+             bool is_summed = !is_delta && r.pdf > 0.0;\n    r.weight = is_summed ? weight : r.weight;\n    \
+             r.pdf = is_summed ? pdf : r.pdf;\n    return r;\n}\n\n";
+    text +=
+        &sum("bsdf_albedo(Lobes l)", "Spectrum", "", &|s, k, _| format!("    r += l.share_{s} * {k}_albedo(l.{s});\n"));
+    let deltas = each(&|s, k, _| format!("    r = r && (l.share_{s} == 0.0 || {k}_is_delta(l.{s}));\n"));
+    text + &format!("bool bsdf_is_delta(Lobes l) {{\n    bool r = true;\n{deltas}    return r;\n}}\n\n")
+}
 
 /// `bsdf_eval`, `bsdf_pdf`, `bsdf_sample`, `bsdf_albedo`, `bsdf_is_delta` over the kinds in the scene.
 pub fn bsdfs(f: &Features) -> String {
@@ -151,7 +218,10 @@ pub fn bsdfs(f: &Features) -> String {
         ("Spectrum bsdf_albedo(Lobes l)", "Spectrum(0.0)", "albedo", ""),
         ("bool bsdf_is_delta(Lobes l)", "false", "is_delta", ""),
     ];
-    let mut text = MIRROR.to_owned();
+    let mut text = mirror(f);
+    if f.mixtures {
+        return text + &mixtures(f);
+    }
     for (signature, default, function, arguments) in functions {
         let call = |b: usize| {
             let keyword = bsdf::MODELS[b].keyword;

@@ -83,6 +83,7 @@ pub const TABLES: &[TableEntry] = &[
     table!("sky_texels", SkyTexelRecord, |f| f.sky && f.sky_image, |p| rows_of(&p.sky_texels)),
     table!("sky_alias", |f| f.samples_light(light::LIGHT_SKY) && f.sky_image, |p| rows_of(&p.sky_alias)),
     table!("media", MediumRecord, |f| f.media, |p| rows_of(&p.media)),
+    table!("dielectric_deficit", |f| f.bsdf_table("dielectric_deficit"), |_| constant_rows("dielectric_deficit")),
     table!("ggx_albedo", |f| f.bsdf_table("ggx_albedo"), |_| constant_rows("ggx_albedo")),
 ];
 

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::super::inputs::Inputs;
 use super::super::probe::Probe;
 use crate::bsdf::ggx::{self, Ggx};
-use crate::bsdf::{fresnel, ggx_albedo};
+use crate::bsdf::{dielectric_albedo, fresnel, ggx_albedo};
 
 const FRESNEL: &[&str] = &["bsdf/common.glsl", "bsdf/fresnel.glsl"];
 const GGX: &[&str] = &["bsdf/common.glsl", "bsdf/ggx.glsl"];
@@ -16,6 +16,7 @@ pub fn probes() -> Vec<Probe> {
     let mut rows = fresnel_rows();
     rows.extend(ggx_rows());
     rows.extend(albedo_rows());
+    rows.extend(dielectric_albedo_rows());
     rows.push(
         Probe::bits(
             "bsdf_is_chosen",
@@ -241,6 +242,38 @@ fn ggx_rows() -> Vec<Probe> {
         .vector()
         .k(8.0),
     ]
+}
+
+fn dielectric_albedo_rows() -> Vec<Probe> {
+    let rows = || crate::bsdf::table_rows("dielectric_deficit").unwrap_or_default();
+    let bits = move || rows().iter().map(|r| r.map(f32::to_bits)).collect::<Vec<_>>();
+    let place = |n: f64| dielectric_albedo::index_place(n);
+    let probes = vec![
+        Probe::real(
+            "dielectric_albedo_at",
+            "vec2 d = dielectric_albedo_at(x0, x1, dielectric_albedo_index(x2)); y0 = d.x; y1 = d.y;",
+            |r| [cosine(r).max(1e-8), r.log(1e-4, 1.0), r.range(1.001, 4.0)],
+            move |[mu, alpha, n]| dielectric_albedo::table().at(mu, alpha, place(n)),
+        )
+        .k(64.0)
+        .within(0.0, 1.0)
+        .absolute(1e-6, "the place within a cell is a difference of numbers up to 23^2, or up to 16"),
+        Probe::real(
+            "dielectric_albedo_average",
+            "vec2 d = dielectric_albedo_average(x0, dielectric_albedo_index(x1)); y0 = d.x; y1 = d.y; \
+             y2 = fresnel_dielectric_average(x1);",
+            |r| [r.log(1e-4, 0.999), r.range(1.001, 4.0)],
+            move |[alpha, n]| {
+                let d = dielectric_albedo::table().average(alpha, place(n));
+                [d[0], d[1], fresnel::dielectric_average(n)]
+            },
+        )
+        .k(64.0)
+        .within(0.0, 1.0)
+        .absolute(1e-6, "the place among the indices is a difference of numbers up to 16"),
+    ];
+    let files = ["bsdf/common.glsl", "bsdf/fresnel.glsl", "bsdf/dielectric_albedo.glsl"];
+    probes.into_iter().map(|p| p.files(&files).table("dielectric_deficit", bits())).collect()
 }
 
 fn albedo_rows() -> Vec<Probe> {

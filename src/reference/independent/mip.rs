@@ -51,7 +51,7 @@ fn reads(value: &Value, number: usize) -> bool {
     match value {
         Value::Texture { texture, .. } => *texture == number,
         Value::Multiply(a, b) => reads(a, number) || reads(b, number),
-        Value::Channel(a, _) => reads(a, number),
+        Value::Channel(a, _) | Value::Share(a) | Value::Rest(a) => reads(a, number),
         Value::Constant(_) | Value::Curve(_) | Value::VertexColor => false,
     }
 }

@@ -16,6 +16,7 @@ use glam::{DVec2, DVec3};
 use super::path::{LightSample, World};
 use super::surface::Surface;
 use super::tree::{Hit, Ray, Shape, Tree, free_ray};
+use crate::bsdf::mixture::{self, Mixture};
 use crate::bsdf::{InputKind, MODELS, Params};
 use crate::camera::Start;
 use crate::integrator::Estimator;
@@ -31,8 +32,8 @@ pub struct Independent<'a> {
     scene: &'a Scene,
     tree: Tree,
     primitives: Primitives<'a>,
-    /// By material: the model's inputs, with metals' curves resolved to RGB.
-    inputs: Vec<Vec<Value>>,
+    /// By material and surface: the model's inputs, with metals' curves resolved to RGB.
+    inputs: Vec<Vec<Vec<Value>>>,
     /// By texture.
     pyramids: Vec<mip::Pyramid>,
     lights: Lights,
@@ -45,7 +46,7 @@ impl<'a> Independent<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         let primitives = Primitives::new(scene);
         let tree = primitives.tree(primitives.count() > primitives::FLAT_LIMIT);
-        let inputs = scene.materials.iter().map(resolved).collect();
+        let inputs = scene.materials.iter().map(|m| m.surfaces().iter().map(resolved).collect()).collect();
         let mut world = Self {
             scene,
             tree,
@@ -174,12 +175,12 @@ impl<'a> Independent<'a> {
     }
 }
 
-/// The inputs of a material; a metal's spectral index becomes the RGB index that reflects the same colour.
-fn resolved(material: &Material) -> Vec<Value> {
-    let mut inputs = material.inputs.clone();
-    let place = |name: &str| MODELS[material.bsdf].inputs.iter().position(|i| i.name == name);
+/// The inputs of a surface; a metal's spectral index becomes the RGB index that reflects the same colour.
+fn resolved(surface: &scene::Surface) -> Vec<Value> {
+    let mut inputs = surface.inputs.to_vec();
+    let place = |name: &str| MODELS[surface.bsdf].inputs.iter().position(|i| i.name == name);
     if let (Some(eta), Some(k)) = (place("eta"), place("k"))
-        && let (Value::Curve(eta_curve), Value::Curve(k_curve)) = (&material.inputs[eta], &material.inputs[k])
+        && let (Value::Curve(eta_curve), Value::Curve(k_curve)) = (&surface.inputs[eta], &surface.inputs[k])
     {
         let (rgb_eta, rgb_k) = crate::math::spectrum::fit_conductor_rgb(eta_curve, k_curve);
         inputs[eta] = Value::rgb(rgb_eta.x, rgb_eta.y, rgb_eta.z);
@@ -188,25 +189,25 @@ fn resolved(material: &Material) -> Vec<Value> {
     inputs
 }
 
-/// The input of that name, if the model has one.
-fn input<'a>(material: &'a Material, name: &str) -> Option<&'a Value> {
-    let place = MODELS[material.bsdf].inputs.iter().position(|i| i.name == name)?;
-    material.inputs.get(place)
-}
-
 /// True unless the value is the constant 0.
 fn may_be_positive(value: &Value) -> bool {
     !matches!(value, Value::Constant([x, ..]) if *x == 0.0)
 }
 
 /// Light can get through: models with a `transmission` input when that may be positive, else as the model says.
+fn lets_through(surface: &scene::Surface) -> bool {
+    surface.input("transmission").map_or(MODELS[surface.bsdf].transmits, may_be_positive)
+}
+
 fn transmits(material: &Material) -> bool {
-    input(material, "transmission").map_or(MODELS[material.bsdf].transmits, may_be_positive)
+    material.surfaces().iter().any(lets_through)
 }
 
 /// Both sides are in the same medium.
 fn is_thin(material: &Material) -> bool {
-    MODELS[material.bsdf].keyword.starts_with("thin") || input(material, "thin").is_some_and(may_be_positive)
+    let is_wall =
+        |s: &scene::Surface| MODELS[s.bsdf].keyword.starts_with("thin") || s.input("thin").is_some_and(may_be_positive);
+    material.surfaces().iter().filter(|s| lets_through(s)).all(is_wall)
 }
 
 fn rgb(v: [f64; 4]) -> DVec3 {
@@ -260,17 +261,30 @@ impl World for Independent<'_> {
         let material = self.material(hit.primitive);
         let point = self.point(hit.primitive, hit.barycentric, ray.at(hit.t));
         let instance = self.primitives.instance_of(hit.primitive);
-        let mut inputs = [DVec3::ZERO; 32];
         // Emission and presence are looked up at a point.
         let mut shaded = point;
         if self.scene.texture_filter == scene::TextureFilter::Mipmap {
             shaded.areas = self.areas(ray, hit, &point);
         }
+        let params_of = |bsdf: usize, values: &[Value]| {
+            let mut inputs = [DVec3::ZERO; 32];
+            for ((slot, value), input) in inputs.iter_mut().zip(values).zip(MODELS[bsdf].inputs) {
+                let v = self.evaluate(value, &shaded);
+                *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
+            }
+            Params::from_inputs(bsdf, &inputs[..values.len()])
+        };
         let values = &self.inputs[self.scene.instances[instance].material];
-        for ((slot, value), input) in inputs.iter_mut().zip(values).zip(MODELS[material.bsdf].inputs) {
-            let v = self.evaluate(value, &shaded);
-            *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
-        }
+        let params = if material.parts.is_empty() {
+            Mixture::One(params_of(material.bsdf, &values[0]))
+        } else {
+            let part = |(part, values): (&scene::Part, &Vec<Value>)| mixture::Part {
+                share: self.evaluate(&part.share, &shaded)[0],
+                params: params_of(part.bsdf, values),
+                is_one_sided: !MODELS[part.bsdf].transmits,
+            };
+            Mixture::Many(material.parts.iter().zip(values).map(part).collect())
+        };
         let normal_map = material.normal_map.as_ref().map(|(value, scale)| {
             let n = 2.0 * rgb(self.evaluate(value, &shaded)) - 1.0;
             DVec3::new(scale * n.x, scale * n.y, n.z)
@@ -285,7 +299,7 @@ impl World for Independent<'_> {
             material: self.scene.instances[instance as usize].material as u32,
             tangent: point.tangent,
             normal_map,
-            params: Params::from_inputs(material.bsdf, &inputs[..material.inputs.len()]),
+            params,
             transmits,
             emission: self.emission(material, &point, ray.direction),
             boundary: (transmits && !is_thin(material)).then(|| match material.interior {

@@ -87,6 +87,8 @@ impl Independent<'_> {
                 let (a, b) = (self.evaluate(a, point), self.evaluate(b, point));
                 [0, 1, 2, 3].map(|c| a[c] * b[c])
             }
+            Value::Share(a) => [self.evaluate(a, point)[0].clamp(0.0, 1.0); 4],
+            Value::Rest(a) => [1.0 - self.evaluate(a, point)[0].clamp(0.0, 1.0); 4],
             Value::Channel(a, channel) => [self.evaluate(a, point)[usize::from(*channel).min(3)]; 4],
         }
     }

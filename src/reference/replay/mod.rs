@@ -15,12 +15,14 @@ use glam::{DVec2, DVec3};
 use super::path::{LightSample, Random, Sample, VertexTrace, World, trace};
 use super::surface::Surface;
 use super::tree::{Hit, Ray, Shape, Tree};
+use crate::bsdf::mixture::{self, Mixture};
 use crate::bsdf::{InputKind, MODELS, Params};
 use crate::camera::{self, Start, View};
 use crate::film::filter;
 use crate::integrator::{Estimator, SamplerKind, Settings};
 use crate::light::{self, Place, Reach, alias};
 use crate::prepare::Prepared;
+use crate::prepare::pattern::Role;
 use crate::prepare::records::*;
 use crate::sampler::{self, Purpose};
 use pattern::Point;
@@ -316,14 +318,33 @@ impl World for Replay {
                 (position, ng, ng, tangent)
             }
         };
-        let model = &MODELS[material.bsdf as usize];
         // Emission and presence are looked up at a point.
         let shaded = Point { areas: self.areas(ray, hit, geometric_normal), ..point };
-        let mut inputs = [DVec3::ZERO; 32];
-        for (k, (slot, input)) in inputs.iter_mut().zip(model.inputs).enumerate() {
-            let v = self.evaluate(material.pattern, material.data, &shaded, k);
-            *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
-        }
+        let surfaces = p.structures[material.pattern as usize].lobes();
+        let is_mixture = matches!(p.structures[material.pattern as usize].role, Role::Mix(_));
+        let mut output = 0;
+        let mut next = || {
+            output += 1;
+            self.evaluate(material.pattern, material.data, &shaded, output - 1)
+        };
+        let mut params_of = |model: usize| {
+            let mut inputs = [DVec3::ZERO; 32];
+            for (slot, input) in inputs.iter_mut().zip(MODELS[model].inputs) {
+                let v = next();
+                *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
+            }
+            let params = Params::from_inputs(model, &inputs[..MODELS[model].inputs.len()]);
+            (params, if is_mixture { next()[0] } else { 1.0 })
+        };
+        let params = if is_mixture {
+            let part = |(model, _): (usize, usize)| {
+                let (params, share) = params_of(model);
+                mixture::Part { share, params, is_one_sided: !MODELS[model].transmits }
+            };
+            Mixture::Many(surfaces.into_iter().map(part).collect())
+        } else {
+            Mixture::One(params_of(material.bsdf as usize).0)
+        };
         let normal_map = (material.flags & MATERIAL_NORMAL_MAP != 0).then(|| {
             let n = 2.0 * rgb(self.evaluate(material.normal_pattern, material.normal_data, &shaded, 0)) - 1.0;
             let scale = f64::from(material.normal_scale);
@@ -339,7 +360,7 @@ impl World for Replay {
             material: self.material_row(hit.primitive),
             tangent,
             normal_map,
-            params: Params::from_inputs(material.bsdf as usize, &inputs[..model.inputs.len()]),
+            params,
             transmits,
             emission: self.emission(material, &point, ray.direction.dot(geometric_normal) < 0.0),
             boundary: (transmits && material.flags & MATERIAL_THIN == 0).then_some(material.interior),

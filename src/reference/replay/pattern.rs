@@ -61,6 +61,8 @@ impl Replay {
                 let (a, b) = (self.node(a, data, point), self.node(b, data, point));
                 [0, 1, 2, 3].map(|c| a[c] * b[c])
             }
+            Node::Share(a) => [self.node(a, data, point)[0].clamp(0.0, 1.0); 4],
+            Node::Rest(a) => [1.0 - self.node(a, data, point)[0].clamp(0.0, 1.0); 4],
             Node::Channel(a, channel) => [self.node(a, data, point)[usize::from(*channel)]; 4],
             Node::Checker { row, texture_row, uv_set, is_transformed } => {
                 let uv = self.uv(data + texture_row, *uv_set, *is_transformed, point);

@@ -1,9 +1,9 @@
-//! The layered models on one floor.
+//! The layered models on one floor, and mixtures.
 
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::{bumpy_sphere, empty, hot_sky, wall};
-use crate::reference::known::{camera, lamp, material, place, sphere_at};
+use crate::reference::known::{camera, lambert, lamp, material, place, sphere_at};
 use crate::scene::*;
 
 /// Rough diffuse floor; plastic, smooth and rough; glTF's surface with anisotropy (also mirrored), specular and clearcoat.
@@ -56,5 +56,40 @@ pub fn layers(size: u32) -> Scene {
     }
     let lamp_at = sphere_at(DVec3::new(1.2, 2.1, 1.2), 0.3);
     place(&mut s, "lamp", Shape::Sphere, lamp_at, lamp(DVec3::new(8.0, 7.0, 5.0)));
+    s
+}
+
+/// `parts` with their shares, which add to 1.
+fn mix(parts: Vec<(Material, Value)>) -> Material {
+    let (bsdf, inputs) = (parts[0].0.bsdf, parts[0].0.inputs.clone());
+    let parts = parts.into_iter().map(|(m, share)| Part { bsdf: m.bsdf, inputs: m.inputs, share }).collect();
+    Material { bsdf, inputs, parts, ..lambert(DVec3::ONE) }
+}
+
+/// Mixtures: by a texture, of one kind twice, of what transmits with what does not, with delta lobes.
+pub fn mixtures(size: u32) -> Scene {
+    let mut s = empty("mixtures", camera(DVec3::new(0.0, 1.5, 4.0), DVec3::Y * 0.5, 40f64.to_radians()), size);
+    s.images.push(hot_sky());
+    s.sky = Some(Sky { radiance: SkyRadiance::Image(0), rotation_rad: 1.0, scale: 0.7 });
+    s.textures.push(Texture::Checker { a: [0.9; 4], b: [0.2; 4], scale: [5.0, 5.0] });
+    let checker = || Value::Texture { texture: 0, uv_set: 0, uv_transform: glam::DAffine2::IDENTITY };
+    let value = Value::scalar;
+    let metal = |roughness: f64| material("conductor", &[("roughness", value(roughness))]);
+    let (rest, share) = (Value::Rest(Box::new(checker())), Value::Share(Box::new(checker())));
+    let floor = wall(DVec3::ZERO, DVec3::Y, [3.0, 3.0]);
+    let tiles = mix(vec![(lambert(DVec3::new(0.7, 0.6, 0.5)), rest), (metal(0.5), share)]);
+    place(&mut s, "floor", Shape::Rectangle, floor, tiles);
+    let paint = material("plastic", &[("color", Value::rgb(0.7, 0.1, 0.05)), ("roughness", value(0.5))]);
+    let glass = material("dielectric", &[("roughness", value(0.5))]);
+    let balls = [
+        mix(vec![(metal(0.3), value(0.4)), (metal(0.7), value(0.6))]),
+        mix(vec![(glass, value(0.5)), (paint.clone(), value(0.3)), (lambert(DVec3::new(0.1, 0.6, 0.2)), value(0.2))]),
+        mix(vec![(metal(0.0), value(0.25)), (paint, value(0.75))]),
+    ];
+    for (k, ball) in balls.into_iter().enumerate() {
+        let center = DVec3::new(1.1 * (k as f64 - 1.0), 0.45, 0.0);
+        place(&mut s, &format!("ball {k}"), Shape::Sphere, sphere_at(center, 0.45), ball);
+    }
+    place(&mut s, "lamp", Shape::Sphere, sphere_at(DVec3::new(1.2, 2.1, 1.2), 0.3), lamp(DVec3::new(8.0, 7.0, 5.0)));
     s
 }

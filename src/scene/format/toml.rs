@@ -9,6 +9,7 @@ mod film;
 pub mod keys;
 mod light;
 mod material;
+mod mixture;
 mod model;
 mod sensor;
 mod shape;

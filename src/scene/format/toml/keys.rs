@@ -129,7 +129,10 @@ pub const TEXTURE: Section = section!("[[texture]]", "A picture or pattern that 
 
 pub const MATERIAL: Section = section!("[[material]]", "A surface. Its other keys are the inputs of its `type`, listed further below.",
     "name": "string" = "required"; "what shapes refer to",
-    "type": "keyword of a model" = "\"lambert\""; "listed further below; in a patch it replaces the model and all inputs",
+    "type": "keyword of a model, or \"mix\"" = "\"lambert\""; "listed further below; in a patch it replaces the model and all inputs",
+    "materials": "list of names" = "required for mix"; "mix: two or more [[material]]s written before",
+    "factor": "value in [0, 1]" = "required for mix"; "mix: share of the second of two materials",
+    "weights": "list of numbers >= 0" = "none"; "mix: instead of `factor`, one a material; divided by their sum",
     "emission": "value, W/(m2 sr)" = "none"; "radiance it emits, linear RGB",
     "emission_nt": "value, cd/m2" = "none"; "the same in nits: luminance 683 Y of the radiance",
     "emission_two_sided": "boolean" = "false"; "emits on the back too",

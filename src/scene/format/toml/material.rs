@@ -48,6 +48,7 @@ pub fn plain(name: &str, bsdf: usize) -> Material {
         normal_map: None,
         interior: None,
         priority: 0,
+        parts: Vec::new(),
     }
 }
 
@@ -107,8 +108,9 @@ impl<'a> Builder<'a> {
         let keyword = table.text("type")?;
         let bsdf = match keyword {
             None => base.map_or(0, |b| b.bsdf),
+            Some("mix") => 0,
             Some(word) => model_number(word).ok_or_else(|| {
-                let hint = super::nearest(word, MODELS.iter().map(|m| m.keyword));
+                let hint = super::nearest(word, MODELS.iter().map(|m| m.keyword).chain(["mix"]));
                 table.error("type", format!("is \"{word}\", which is no material type; {hint}"))
             })?,
         };
@@ -117,7 +119,17 @@ impl<'a> Builder<'a> {
             Some(base) => Material { bsdf, inputs: plain(name, bsdf).inputs, ..base.clone() },
             None => plain(name, bsdf),
         };
-        let inputs: Vec<&'static str> = MODELS[bsdf].inputs.iter().map(|i| i.name).collect();
+        let is_mixture = keyword == Some("mix");
+        if is_mixture {
+            if base.is_some() {
+                return Err(table.error("type", "cannot become \"mix\" in a patch; write a [[material]] of that type"));
+            }
+            material = self.mixture(table, name)?;
+        } else if let Some(key) = ["materials", "factor", "weights"].into_iter().find(|k| table.get(k).is_some()) {
+            return Err(table.error(key, "is for type = \"mix\" only; remove it, or set the type"));
+        }
+        let inputs: Vec<&'static str> =
+            if is_mixture { Vec::new() } else { MODELS[bsdf].inputs.iter().map(|i| i.name).collect() };
         for (key, item) in table.entries() {
             let word: &str = key.get_ref();
             if let Some(slot) = inputs.iter().position(|i| *i == word) {
@@ -139,7 +151,10 @@ impl<'a> Builder<'a> {
                     _ => {
                         let names = keys::MATERIAL.keys.iter().map(|k| k.name).chain(inputs.iter().copied());
                         let hint = super::nearest(word, names);
-                        return Err(table.unknown(key, &format!("of type \"{}\"; {hint}", MODELS[bsdf].keyword)));
+                        return Err(table.unknown(
+                            key,
+                            &format!("of type \"{}\"; {hint}", keyword.unwrap_or(MODELS[bsdf].keyword)),
+                        ));
                     }
                 }
             }
@@ -217,7 +232,7 @@ impl<'a> Builder<'a> {
     }
 
     /// A number, a colour, or a table of keys from `[value]`.
-    fn value(&self, table: &Table<'a>, key: &str, item: &'a Item<'a>) -> Result<Value, Error> {
+    pub fn value(&self, table: &Table<'a>, key: &str, item: &'a Item<'a>) -> Result<Value, Error> {
         if !item.get_ref().is_table() {
             return Ok(Value::Constant(color(table, key, item)?));
         }

@@ -214,7 +214,7 @@ fn shift(value: &mut Value, textures: usize) {
             shift(a, textures);
             shift(b, textures);
         }
-        Value::Channel(a, _) => shift(a, textures),
+        Value::Channel(a, _) | Value::Share(a) | Value::Rest(a) => shift(a, textures),
         Value::Constant(_) | Value::Curve(_) | Value::VertexColor => {}
     }
 }

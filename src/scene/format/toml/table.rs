@@ -107,6 +107,20 @@ impl<'a> Table<'a> {
         item.get_ref().as_str().map(Some).ok_or_else(|| self.wrong(key, "a string"))
     }
 
+    /// A list of strings.
+    pub fn texts(&self, key: &str) -> Result<Option<Vec<&'a str>>, Error> {
+        let Some(item) = self.get(key) else { return Ok(None) };
+        let wrong = || self.wrong(key, "a list of strings");
+        let list = item.get_ref().as_array().ok_or_else(wrong)?;
+        list.iter().map(|i| i.get_ref().as_str().ok_or_else(wrong)).collect::<Result<_, _>>().map(Some)
+    }
+
+    /// A list of numbers.
+    pub fn list_of(&self, key: &str, item: &Item<'_>) -> Result<Vec<f64>, Error> {
+        let list = item.get_ref().as_array().ok_or_else(|| self.wrong(key, "a list of numbers"))?;
+        list.iter().map(|i| self.number_of(key, i)).collect()
+    }
+
     pub fn boolean(&self, key: &str) -> Result<Option<bool>, Error> {
         let Some(item) = self.get(key) else { return Ok(None) };
         item.get_ref().as_bool().map(Some).ok_or_else(|| self.wrong(key, "true or false"))
