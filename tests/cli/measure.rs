@@ -30,6 +30,10 @@ fn answers_of_the_lecture_s_scenes() {
         ("falloff", &[1.0, 0.25, 0.0625, 3.116_101, 1.740_840, 0.039_474_0, 0.002_497_92]),
         ("radiance", &[2.0; 5]),
         ("power", &[power, power, power / (4.0 * std::f64::consts::PI)]),
+        // 800 lm: I = 800/(4 pi) cd, in watts over 683.
+        ("intensity", &[0.093_209_34, 1.171_303]),
+        ("beam", &[1.0, 0.5, 0.173_648, 1.0]),
+        ("disc_lamp", &[3.110_488, 1.570_796, 0.628_319, 0.031_104_88]),
         ("magnifier", &[30.0, 27.692_31, 0.050_408_0, 7.616_3]),
     ] {
         let path = scene(&format!("lecture/{name}.toml")).display().to_string();
