@@ -114,7 +114,9 @@ impl Bands {
 
     /// Ends every file, puts the record into headers, and renames.
     pub fn finish(mut self, record: &Record) -> Result<(), Error> {
-        for sink in std::mem::take(&mut self.sinks) {
+        // One by one, so that an error leaves the rest to `drop`.
+        while !self.sinks.is_empty() {
+            let sink = self.sinks.remove(0);
             let path = sink.path.clone();
             let io = |e: std::io::Error| Error::io("write", &path, e);
             let ended = match sink.kind {
