@@ -10,6 +10,8 @@ fn read(text: &str) -> Result<Scene, String> {
 #[test]
 fn every_scene_of_the_project_loads() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let ignored = include_str!("../../../../.gitignore").lines();
+    let generated: Vec<&str> = ignored.filter_map(|l| l.strip_prefix("/scenes/")).collect();
     let mut count = 0;
     let mut folders = vec![folder];
     while let Some(folder) = folders.pop() {
@@ -18,12 +20,19 @@ fn every_scene_of_the_project_loads() {
             if path.is_dir() {
                 folders.push(path);
             } else if path.extension().is_some_and(|e| e == "toml") {
+                // A few large files are made by `steradian generate` and not kept.
+                let text = std::fs::read_to_string(&path).unwrap();
+                let is_missing = |file: &&str| text.contains(*file) && !path.with_file_name(*file).exists();
+                if let Some(file) = generated.iter().find(is_missing) {
+                    println!("skipped: {} needs {file}, which `steradian generate` makes", path.display());
+                    continue;
+                }
                 crate::scene::load(&path).unwrap_or_else(|e| panic!("{e}"));
                 count += 1;
             }
         }
     }
-    assert!(count >= 3);
+    assert!(count >= 20, "{count}");
 }
 
 #[test]
