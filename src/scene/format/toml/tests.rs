@@ -22,8 +22,8 @@ fn every_scene_of_the_project_loads() {
             } else if path.extension().is_some_and(|e| e == "toml") {
                 // A few large files are made by `steradian generate` and not kept.
                 let text = std::fs::read_to_string(&path).unwrap();
-                let is_missing = |file: &&str| text.contains(*file) && !path.with_file_name(*file).exists();
-                if let Some(file) = generated.iter().find(is_missing) {
+                let is_missing = |file: &str| text.contains(file) && !path.with_file_name(file).exists();
+                if let Some(file) = generated.iter().find(|file| is_missing(file)) {
                     println!("skipped: {} needs {file}, which `steradian generate` makes", path.display());
                     continue;
                 }
