@@ -13,7 +13,8 @@ fn written(lights: &str) -> (tempfile::TempDir, String) {
 const LAMP: &str = "[[light]]\ntype = \"point\"\nname = \"bulb\"\nposition = [0, 1, 0]\n";
 
 fn render(path: &str, more: &[&str]) -> super::Ran {
-    let mut arguments = vec!["render", path, "--device", "cpu", "--size", "8x8", "--spp", "16"];
+    let picture = path.replace(".toml", ".exr");
+    let mut arguments = vec!["render", path, "--device", "cpu", "--size", "8x8", "--spp", "16", "-o", &picture];
     arguments.extend(more);
     run(&arguments)
 }
