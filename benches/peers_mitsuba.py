@@ -4,7 +4,7 @@
 Written from the same numbers as the scene files; what differs is said in docs/peers.md. Prints one line a scene and variant:
 Msamples/s (median of rounds, kernel warm), samples and seconds to a trimmed relMSE of 1e-2 by extrapolation 1/N.
 
-    pip install mitsuba                     # 3.9.1; llvm variants need LLVM: DRJIT_LIBLLVM_PATH=.../libLLVM.so.19.1
+    pip install mitsuba numpy               # 3.9.1; llvm variants need LLVM: DRJIT_LIBLLVM_PATH=.../libLLVM.so.19.1
     STERADIAN_ASSETS=../shared/assets python3 benches/peers_mitsuba.py --variant llvm_ad_rgb --scenes abc
 """
 import argparse
@@ -133,16 +133,19 @@ def main():
         scene = build(mi, name)
 
         def render(spp, seed):
-            begun = time.perf_counter()
+            begun, begun_cpu = time.perf_counter(), time.process_time()
             image = mi.render(scene, spp=spp, seed=seed)
             dr.eval(image)
             dr.sync_thread()
-            return np.array(image, dtype=np.float64), time.perf_counter() - begun
+            seconds, cpu = time.perf_counter() - begun, time.process_time() - begun_cpu
+            return np.array(image, dtype=np.float64), seconds, cpu
 
         render(args.spp, 1)
-        seconds = sorted(render(args.spp, 2 + k)[1] for k in range(args.rounds))
+        rounds = [render(args.spp, 2 + k)[1:] for k in range(args.rounds)]
+        seconds = sorted(r[0] for r in rounds)
+        cores = sorted(r[1] / r[0] for r in rounds)[len(rounds) // 2]
         rate = args.spp * 256 * 256 / seconds[len(seconds) // 2] * 1e-6
-        line = f"{name} {args.variant}: {rate:.3f} Msamples/s [{args.spp * 0.065536 / seconds[-1]:.3f}, {args.spp * 0.065536 / seconds[0]:.3f}]"
+        line = f"{name} {args.variant}: {rate:.3f} Msamples/s [{args.spp * 0.065536 / seconds[-1]:.3f}, {args.spp * 0.065536 / seconds[0]:.3f}] with {cores:.2f} cores"
         if args.save:
             mi.util.write_bitmap(os.path.join(args.save, f"{name}_{args.variant}.exr"), mi.render(scene, spp=256, seed=99))
         if args.reference_spp:

@@ -25,6 +25,8 @@ pub struct Row {
     pub throughput_MSps: f64,
     pub throughput_MSps_range: [f64; 2],
     pub throughput_Mrays_ps: f64,
+    /// Processors that the process had while it rendered, median; a busy machine gives fewer than it has.
+    pub cores: Option<f64>,
     pub rounds: usize,
 }
 
@@ -45,18 +47,36 @@ impl Timed {
         Ok(Self { renderer, width: prepared.width, height: prepared.height })
     }
 
-    /// Seconds on the device, and rays.
-    fn round(&mut self, blocks: u64) -> Result<(f64, f64), Error> {
+    fn round(&mut self, blocks: u64) -> Result<Round, Error> {
         let mut film = Film::new(self.width, self.height, self.renderer.aovs(), 0);
+        let before = process_cpu_s();
         let pass = self.renderer.render_blocks(0..blocks, &mut film, &|| false)?;
-        Ok((pass.device_time_s, pass.rays as f64))
+        let cpu_s = process_cpu_s().zip(before).map(|(after, before)| after - before);
+        Ok(Round { seconds: pass.device_time_s, cpu_s, rays: pass.rays as f64 })
     }
 
     /// After a first round that holds the driver's compilation: blocks of a round of `ROUND_S`.
     fn blocks(&mut self) -> Result<u64, Error> {
         self.round(1)?;
-        Ok(((ROUND_S / self.round(1)?.0.max(1e-4)) as u64).max(1))
+        Ok(((ROUND_S / self.round(1)?.seconds.max(1e-4)) as u64).max(1))
     }
+}
+
+struct Round {
+    /// On the device, by the clock.
+    seconds: f64,
+    /// Of all threads of this process, which a software device's are; None where the system does not tell.
+    cpu_s: Option<f64>,
+    rays: f64,
+}
+
+/// Time that the process has had on processors, seconds, in steps of 10 ms (Linux: fields 14 and 15 of /proc/self/stat).
+fn process_cpu_s() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // The name in parentheses may hold spaces.
+    let fields: Vec<&str> = text.rsplit(')').next()?.split_ascii_whitespace().collect();
+    let ticks: u64 = fields.get(11)?.parse::<u64>().ok()? + fields.get(12)?.parse::<u64>().ok()?;
+    Some(ticks as f64 / 100.0)
 }
 
 /// The kernel as it is beside one whose text is changed, in alternating rounds.
@@ -67,6 +87,8 @@ pub struct Comparison {
     /// Median of the rounds' own quotients: time of the kernel as it is over that of the changed one. Above 1 the change is faster.
     pub ratio: f64,
     pub ratio_range: [f64; 2],
+    /// The same of the time that the process had on processors, which does not count what others took.
+    pub ratio_cpu: Option<f64>,
     pub rounds: usize,
 }
 
@@ -82,14 +104,16 @@ pub fn compare(
     let mut changed = Timed::new(device, &prepared, settings, edits)?;
     let blocks = own.blocks()?;
     changed.blocks()?;
-    let mut ratios = Vec::new();
+    let (mut ratios, mut of_cpu) = (Vec::new(), Vec::new());
     for _ in 0..rounds {
-        let before = own.round(blocks)?.0;
-        ratios.push(before / changed.round(blocks)?.0);
+        let (own, changed) = (own.round(blocks)?, changed.round(blocks)?);
+        ratios.push(own.seconds / changed.seconds);
+        of_cpu.extend(own.cpu_s.zip(changed.cpu_s).map(|(own, changed)| own / changed));
     }
+    let ratio_cpu = (of_cpu.len() == rounds).then(|| median(of_cpu));
     let ratio_range =
         [ratios.iter().copied().fold(f64::INFINITY, f64::min), ratios.iter().copied().fold(0.0, f64::max)];
-    Ok(Comparison { bench: "try", scene: scene.name.clone(), ratio: median(ratios), ratio_range, rounds })
+    Ok(Comparison { bench: "try", scene: scene.name.clone(), ratio: median(ratios), ratio_range, ratio_cpu, rounds })
 }
 
 pub fn measure(device: &Device, scene: &Scene, settings: &Settings, rounds: usize) -> Result<Row, Error> {
@@ -99,10 +123,12 @@ pub fn measure(device: &Device, scene: &Scene, settings: &Settings, rounds: usiz
     let blocks = timed.blocks()?;
     let mut rates = Vec::new();
     let mut rays = Vec::new();
+    let mut cores = Vec::new();
     for _ in 0..rounds {
-        let (seconds, count) = timed.round(blocks)?;
-        rates.push(samples(blocks) / seconds * 1e-6);
-        rays.push(count / seconds * 1e-6);
+        let round = timed.round(blocks)?;
+        rates.push(samples(blocks) / round.seconds * 1e-6);
+        rays.push(round.rays / round.seconds * 1e-6);
+        cores.extend(round.cpu_s.map(|cpu_s| cpu_s / round.seconds));
     }
     let range = [rates.iter().copied().fold(f64::INFINITY, f64::min), rates.iter().copied().fold(0.0, f64::max)];
     Ok(Row {
@@ -114,14 +140,16 @@ pub fn measure(device: &Device, scene: &Scene, settings: &Settings, rounds: usiz
         throughput_MSps: median(rates),
         throughput_MSps_range: range,
         throughput_Mrays_ps: median(rays),
+        cores: (cores.len() == rounds).then(|| median(cores)),
         rounds,
     })
 }
 
 impl Row {
     pub fn text(&self) -> String {
+        let cores = self.cores.map_or(String::new(), |c| format!(" with {c:.2} cores"));
         format!(
-            "{}: {:.3} Msamples/s [{:.3}, {:.3}], {:.2} Mrays/s on {} ({}x{}, {} rounds)",
+            "{}: {:.3} Msamples/s [{:.3}, {:.3}], {:.2} Mrays/s on {}{cores} ({}x{}, {} rounds)",
             self.scene,
             self.throughput_MSps,
             self.throughput_MSps_range[0],
