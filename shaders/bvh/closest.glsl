@@ -47,6 +47,8 @@ Hit trace_closest_from(Ray ray, float t_after, uint primitive_after) {
     float t_min = 0.999 * t_after;
     uint stack[BVH_STACK];
     stack[0] = BVH_DONE;
+    float entry[BVH_STACK];
+    entry[0] = -1.0;
     uint top = 1u;
     uint current = 0u;
     while (current != BVH_DONE) {
@@ -61,10 +63,13 @@ Hit trace_closest_from(Ray ray, float t_after, uint primitive_after) {
             sort_pair(t.y, w.y, t.z, w.z);
             uint popped = stack[top - 1u];
             stack[top] = w.w;
+            entry[top] = t.w;
             top += (t.w < INFINITY) ? 1u : 0u;
             stack[top] = w.z;
+            entry[top] = t.z;
             top += (t.z < INFINITY) ? 1u : 0u;
             stack[top] = w.y;
+            entry[top] = t.y;
             top += (t.y < INFINITY) ? 1u : 0u;
             bool is_entered = t.x < INFINITY;
             current = is_entered ? w.x : popped;
@@ -118,17 +123,22 @@ Hit trace_closest_from(Ray ray, float t_after, uint primitive_after) {
             primitive_offset = placed.primitive_offset;
             root = placed.first_node;
         }
-        // The way back, kept only when something is entered.
+        // The way back, kept only when something is entered, and never skipped.
         stack[top] = INSTANCE_WORLD_WORD;
+        entry[top] = -1.0;
         top += enters ? 1u : 0u;
-        uint popped = enters ? root : stack[top - 1u];
-        top -= (is_leaf && !enters) ? 1u : 0u;
-        current = is_leaf ? popped : BVH_DONE;
+        current = enters ? root : current;
+        bool pops = is_leaf && !enters;
 #else
-        uint popped = stack[top - 1u];
-        top -= is_leaf ? 1u : 0u;
-        current = is_leaf ? popped : BVH_DONE;
+        bool pops = is_leaf;
 #endif
+        // What lies behind the nearest hit so far is not looked into.
+        float limit = best.t * BVH_BOX_SLACK;
+        while (pops) {
+            top -= 1u;
+            current = stack[top];
+            pops = entry[top] > limit;
+        }
     }
     bool is_hit = best.kind != NO_HIT;
     best.t = is_hit ? best.t : INFINITY;
