@@ -42,7 +42,7 @@ pairs = [p for p in zip(points, points[1:]) if p[0][1] >= 1e-2 >= p[1][1]] or ([
 slope = math.log(e1 / e0) / math.log(n1 / n0)
 spp = n0 * (1e-2 / e0) ** (1 / slope)
 seconds = spp * rate["width"] * rate["height"] / (rate["throughput_MSps"] * 1e6)
-print(f"{os.environ['SCENE']}: {rate['throughput_MSps']:.3f} Msamples/s {rate['throughput_MSps_range']}, {rate['throughput_Mrays_ps']:.2f} Mrays/s with {rate['cores']:.2f} cores; trimmed relMSE "
+print(f"{os.environ['SCENE']}: {rate['throughput_MSps']:.3f} Msamples/s {rate['throughput_MSps_range']}, {rate['throughput_Mrays_ps']:.2f} Mrays/s with {rate['cores']:.2f} cores, {rate['throughput_MSps'] / rate['cores']:.3f} Msamples/s a core; trimmed relMSE "
       + ", ".join(f"{e:.3e} at {n} spp" for n, e in points) + f"; 1e-2 at {spp:.1f} spp (slope {slope:.2f}), {seconds:.3f} s")
 PY
 done

@@ -2,7 +2,7 @@
 """Times Mitsuba 3 on the scenes of scenes/peer_{a,b,c,d}.toml, and its error against its own long render.
 
 Written from the same numbers as the scene files; what differs is said in docs/peers.md. Prints one line a scene and variant:
-Msamples/s (median of rounds, kernel warm), samples and seconds to a trimmed relMSE of 1e-2 by extrapolation 1/N.
+Msamples/s (median of rounds, kernel warm), the same a core of processor time (for busy machines), samples and seconds to a trimmed relMSE of 1e-2 by extrapolation 1/N.
 
     pip install mitsuba numpy               # 3.9.1; llvm variants need LLVM: DRJIT_LIBLLVM_PATH=.../libLLVM.so.19.1
     STERADIAN_ASSETS=../shared/assets python3 benches/peers_mitsuba.py --variant llvm_ad_rgb --scenes abc
@@ -144,8 +144,9 @@ def main():
         rounds = [render(args.spp, 2 + k)[1:] for k in range(args.rounds)]
         seconds = sorted(r[0] for r in rounds)
         cores = sorted(r[1] / r[0] for r in rounds)[len(rounds) // 2]
+        per_core = args.spp * 0.065536 / sorted(r[1] for r in rounds)[len(rounds) // 2]
         rate = args.spp * 256 * 256 / seconds[len(seconds) // 2] * 1e-6
-        line = f"{name} {args.variant}: {rate:.3f} Msamples/s [{args.spp * 0.065536 / seconds[-1]:.3f}, {args.spp * 0.065536 / seconds[0]:.3f}] with {cores:.2f} cores"
+        line = f"{name} {args.variant}: {rate:.3f} Msamples/s [{args.spp * 0.065536 / seconds[-1]:.3f}, {args.spp * 0.065536 / seconds[0]:.3f}] with {cores:.2f} cores, {per_core:.3f} a core"
         if args.save:
             mi.util.write_bitmap(os.path.join(args.save, f"{name}_{args.variant}.exr"), mi.render(scene, spp=256, seed=99))
         if args.reference_spp:
