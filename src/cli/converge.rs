@@ -204,7 +204,12 @@ fn own_reference(
         (blocks * 16 * pixels) as f64 * 1e-6
     ));
     let bar = super::progress::Bar::new();
-    let stops = steradian::render::Stops { blocks: Some(blocks), time_s: None, started: std::time::Instant::now() };
+    let stops = steradian::render::Stops {
+        blocks: Some(blocks),
+        time_s: None,
+        error: None,
+        started: std::time::Instant::now(),
+    };
     let outcome = steradian::render::render(source.as_mut(), &stops, &|| interrupt.is_set(), &mut |p| bar.update(p))?;
     bar.finish();
     anyhow::ensure!(!interrupt.is_set(), "interrupted while rendering the reference of {}", scene.name);

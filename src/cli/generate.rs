@@ -90,7 +90,7 @@ fn pictures(size: [u32; 2], spp: u32, device: &str) -> anyhow::Result<Vec<Pictur
         let options = source::Options { device, kernel: KernelOptions::default() };
         let mut opened = source::open(&scene, &Settings::default(), &options)?;
         let blocks = Some(render::blocks_for(u64::from(spp)));
-        let stops = Stops { blocks, time_s: None, started: Instant::now() };
+        let stops = Stops { blocks, time_s: None, error: None, started: Instant::now() };
         let outcome = render::render(opened.source.as_mut(), &stops, &|| false, &mut |_| ())?;
         pictures.push(Picture::of_film(&outcome.film));
     }

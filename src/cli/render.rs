@@ -37,6 +37,9 @@ pub struct Args {
     /// Seconds since the start of the program; with --spp, whichever comes first
     #[arg(long, value_name = "S", value_parser = super::parse_positive)]
     time: Option<f64>,
+    /// Stops when relMSE, independent of exposure, is at most this with 97.5 % confidence by the render's own estimate
+    #[arg(long, value_name = "E", value_parser = super::parse_positive)]
+    error: Option<f64>,
     /// auto, cpu, an index of `steradian devices`, or part of a name
     #[arg(long, value_name = "D", default_value = "auto")]
     device: String,
@@ -194,7 +197,7 @@ fn default_output(scene: &Path) -> PathBuf {
 
 /// Flags first; with none of them the scene's spp, else 256.
 fn stops(args: &Args, scene: &Scene, started: Instant, notes: &mut Vec<String>) -> Stops {
-    let spp = match (args.spp, args.time) {
+    let spp = match (args.spp, args.time.or(args.error)) {
         (None, None) => Some(scene.film.spp.unwrap_or(DEFAULT_SPP)),
         (spp, _) => spp,
     };
@@ -205,7 +208,7 @@ fn stops(args: &Args, scene: &Scene, started: Instant, notes: &mut Vec<String>) 
             notes.push(format!("{spp} samples a pixel are rounded up to {rounded}: whole blocks of {BLOCK_SAMPLES}"));
         }
     }
-    Stops { blocks, time_s: args.time, started }
+    Stops { blocks, time_s: args.time, error: args.error, started }
 }
 
 fn make_record(

@@ -123,7 +123,7 @@ mod tests {
         let scene = scenes::cornell(11);
         let settings = Settings { aovs: Aovs::usual(), ..Settings::default() };
         let mut source = render::Renderer::new(Independent::new(&scene), settings);
-        let stops = Stops { blocks: Some(3), time_s: None, started: Instant::now() };
+        let stops = Stops { blocks: Some(3), time_s: None, error: None, started: Instant::now() };
         let window = Tile { x: 1, y: 2, width: 9, height: 8 };
         let whole = render_window(&mut source, window, &stops, &|| false, &mut |_| {}).unwrap();
         let mut means: Vec<[f32; 3]> = Vec::new();

@@ -2,8 +2,9 @@
 //!
 //! A pass is sized to a time budget: half a second at first (so that progress and Ctrl-C are prompt), a tenth of the time
 //! traced so far later (so that the host's share stays small), at most 4 s. `--spp` is exact; `--time` counts from process
-//! start and no pass is begun that would overrun it by the rate measured, but at least one block is always rendered. On an
-//! interrupt the source stops after whole blocks, and what is there is kept.
+//! start and no pass is begun that would overrun it by the rate measured, but at least one block is always rendered. `--error` looks
+//! at the upper end of the estimate's interval: a render that stops on its own estimate prefers low ones, and the value alone would
+//! promise too much. On an interrupt the source stops after whole blocks, and what is there is kept.
 
 pub mod bands;
 
@@ -21,6 +22,8 @@ const BUDGET_SHARE: f64 = 0.1;
 const LAST_BUDGET_S: f64 = 4.0;
 /// The error is estimated again when this much more time has passed since it was last: it costs a walk over the film.
 const ESTIMATE_GROWTH: f64 = 1.3;
+/// No render stops on its error before this many blocks: with fewer a pixel's variance is a guess, and what is rare was not yet met.
+const ERROR_MIN_BLOCKS: u64 = 4;
 
 /// When to stop: whichever comes first.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +32,8 @@ pub struct Stops {
     pub blocks: Option<u64>,
     /// Seconds since `started`.
     pub time_s: Option<f64>,
+    /// relMSE (epsilon (0.1 mean)^2) that the upper end of the estimate's 95 % interval must reach.
+    pub error: Option<f64>,
     /// Start of the process, as far as known.
     pub started: Instant,
 }
@@ -42,6 +47,7 @@ pub fn blocks_for(spp: u64) -> u64 {
 pub enum StoppedBy {
     Spp,
     Time,
+    Error,
     Interrupt,
 }
 
@@ -50,6 +56,7 @@ impl StoppedBy {
         match self {
             Self::Spp => "spp",
             Self::Time => "time",
+            Self::Error => "error",
             Self::Interrupt => "interrupt",
         }
     }
@@ -63,6 +70,7 @@ pub struct Progress {
     /// Since `Stops::started`.
     pub elapsed_s: f64,
     pub time_wanted_s: Option<f64>,
+    pub error_wanted: Option<f64>,
     /// The latest estimate; it may be a few passes old.
     pub error: Option<FilmError>,
 }
@@ -72,7 +80,9 @@ impl Progress {
     pub fn fraction(&self) -> f64 {
         let by_blocks = self.blocks_wanted.map_or(0.0, |w| self.blocks_done as f64 / w as f64);
         let by_time = self.time_wanted_s.map_or(0.0, |w| self.elapsed_s / w);
-        by_blocks.max(by_time).clamp(0.0, 1.0)
+        // The error falls as one over the samples.
+        let by_error = self.error_wanted.zip(self.error).map_or(0.0, |(w, e)| w / e.relmse_exposure.high.max(w));
+        by_blocks.max(by_time).max(by_error).clamp(0.0, 1.0)
     }
 }
 
@@ -111,7 +121,7 @@ pub fn render_window(
     let begun = Instant::now();
     let mut pace = Pace::default();
     let mut next_estimate_s = 0.0;
-    let mut error = None;
+    let mut error: Option<FilmError> = None;
     let (mut done, mut rays) = (0u64, 0u64);
     let stopped_by = loop {
         if interrupted() {
@@ -126,14 +136,22 @@ pub fn render_window(
         if affordable == 0 {
             break StoppedBy::Time;
         }
+        if let (Some(wanted), Some(e)) = (stops.error, error)
+            && done >= ERROR_MIN_BLOCKS
+            && e.relmse_exposure.high <= wanted
+        {
+            break StoppedBy::Error;
+        }
         let count = pace.pass_blocks(begun.elapsed().as_secs_f64()).min(left).min(affordable);
+        let count = count.min(blocks_to_error(stops, error, done));
         let pass_begun = Instant::now();
         rays += source.render_blocks(done..done + count, &mut film, interrupted)?.rays;
         pace.learn(count, pass_begun.elapsed().as_secs_f64());
         // A source that was stopped may have left out blocks; the film knows what there is.
         done = film.min_block_count() as u64;
         let trace_s = begun.elapsed().as_secs_f64();
-        if trace_s >= next_estimate_s {
+        let is_near = blocks_to_error(stops, error, done) <= count;
+        if trace_s >= next_estimate_s || is_near {
             error = estimate::from_film(&film).or(error);
             next_estimate_s = trace_s * ESTIMATE_GROWTH;
         }
@@ -142,12 +160,22 @@ pub fn render_window(
             blocks_wanted: stops.blocks,
             elapsed_s: stops.started.elapsed().as_secs_f64(),
             time_wanted_s: stops.time_s,
+            error_wanted: stops.error,
             error,
         });
     };
     let trace_s = begun.elapsed().as_secs_f64();
     let error = estimate::from_film(&film);
     Ok(Outcome { film, stopped_by, trace_s, rays, error })
+}
+
+/// Blocks after which the error should be the wanted one, falling as one over the samples; at least 1. No limit when none is wanted.
+fn blocks_to_error(stops: &Stops, error: Option<FilmError>, done: u64) -> u64 {
+    match (stops.error, error) {
+        (Some(wanted), Some(e)) => (done as f64 * (e.relmse_exposure.high / wanted - 1.0)).ceil().max(1.0) as u64,
+        (Some(_), None) => ERROR_MIN_BLOCKS,
+        (None, _) => u64::MAX,
+    }
 }
 
 /// Seconds a block, as measured; the first pass holds the driver's compilation and only bounds it from above.

@@ -77,7 +77,7 @@ impl SampleSource for Exponential {
 }
 
 fn stops(spp: Option<u64>, time_s: Option<f64>) -> Stops {
-    Stops { blocks: spp.map(blocks_for), time_s, started: Instant::now() }
+    Stops { blocks: spp.map(blocks_for), time_s, error: None, started: Instant::now() }
 }
 
 fn never() -> bool {
@@ -174,5 +174,25 @@ fn spikes_do_not_hide_their_own_error() {
         let ratio = estimate / truth;
         println!("estimate over truth {ratio:.3}");
         assert!((0.5..2.0).contains(&ratio), "seed {seed}: estimate {estimate:.3e}, truth {truth:.3e}");
+    }
+}
+
+#[test]
+fn an_error_stop_ends_where_the_estimate_says_and_the_truth_agrees() {
+    for wanted in [5e-3, 1e-3] {
+        let mut source = Exponential::new((24, 16), 5);
+        let ask = Stops { error: Some(wanted), ..stops(Some(1 << 20), None) };
+        let outcome = render(&mut source, &ask, &|| false, &mut |_| {}).unwrap();
+        assert_eq!(outcome.stopped_by, StoppedBy::Error);
+        let e = outcome.error.unwrap().relmse_exposure;
+        assert!(
+            e.high <= wanted && e.value > 0.5 * wanted,
+            "{wanted}: {e:?} at {} blocks",
+            outcome.film.min_block_count()
+        );
+        let image = outcome.film.mean_f32();
+        let truth: Vec<[f32; 3]> = (0..image.len()).map(|i| Exponential::mean(i).map(|v| v as f32)).collect();
+        let error = compare(&image, &truth).relmse_exposure;
+        assert!(error <= 1.1 * wanted, "{wanted}: the true error is {error}");
     }
 }

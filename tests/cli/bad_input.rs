@@ -76,7 +76,7 @@ fn cameras() {
 #[test]
 fn flags() {
     let cornell = scene("cornell.toml").display().to_string();
-    let cases: [(&[&str], &[&str]); 27] = [
+    let cases: [(&[&str], &[&str]); 28] = [
         (&["--variant", "Red"], &["cornell.toml", "`variant`", "[[model]]"]),
         (&["--scene", "1"], &["cornell.toml", "`scene`", "[[model]]"]),
         (&["--texture-filter", "blur"], &["blur", "exact", "mipmap"]),
@@ -85,6 +85,7 @@ fn flags() {
         (&["--size", "640"], &["640", "WIDTHxHEIGHT"]),
         (&["--spp", "0"], &["--spp"]),
         (&["--time", "nan"], &["--time", "above 0"]),
+        (&["--error", "0"], &["--error", "above 0"]),
         (&["--exposure", "inf"], &["--exposure", "finite"]),
         (&["--device", "zorg"], &["zorg", "cpu"]),
         (&["--estimator", "guess"], &["guess", "mis"]),
