@@ -100,7 +100,7 @@ const MUTATIONS: &[Mutation] = &[
     Mutation {
         name: "light passes the coat of plastic once, not twice",
         fault: text("bsdf/plastic.glsl", "float through = shares.z * coat_shares(", "float through = coat_shares("),
-        caught_by: &[Replay(scenes::layers), Image(scenes::layers)],
+        caught_by: &[Replay(scenes::layers)],
     },
     Mutation {
         name: "the surface of a mixture is picked by the word that picks its lobe",
@@ -108,11 +108,11 @@ const MUTATIONS: &[Mutation] = &[
         caught_by: &[Replay(scenes::mixtures), Image(scenes::mixtures)],
     },
     Mutation {
-        name: "what rough glass loses is given back on the side it came from only",
+        name: "rough glass gives back nothing of what it samples",
         fault: text(
             "bsdf/dielectric.glsl",
-            "bool stays = bsdf_is_chosen(choice, lost * (1.0 - t));",
-            "bool stays = true;",
+            "value = b.is_compensated ? vec2(value.x + multiple.x, mix(value.y, multiple.y, lost)) : value;",
+            "",
         ),
         caught_by: &[Replay(scenes::materials)],
     },
