@@ -7,8 +7,11 @@ void slot_write(uint slot, Spectrum sum, Tally t) {
     ledger = ledger_count(ledger, LEDGER_DISAGREE, t.disagree);
     ledger = ledger_count(ledger, LEDGER_DEPTH, t.depth);
     ledger = ledger_count(ledger, LEDGER_CUT, t.cut);
-#if HAS_ALPHA
+#if HAS_ALPHA || MEDIA_STACK
     ledger = ledger_count(ledger, LEDGER_ALPHA_OVERFLOW, t.alpha_overflow);
+#endif
+#if MEDIA_STACK
+    ledger = ledger_count(ledger, LEDGER_MEDIA_OVERFLOW, t.media_overflow);
 #endif
     SlotRecord r = SlotRecord(sum, t.rays, ledger.x, ledger.y, t.lost_energy, t.first_bad);
     uint row = slot * (SLOT_ROWS + AOV_ROWS);

@@ -1,16 +1,16 @@
 // Progressive path tracing: one call traces one edge and treats the vertex at its end. See src/integrator/path.rs.
 // Returns true while the path goes on.
 bool integrator_step(inout PathState s, inout Tally tally) {
-    Hit hit = trace_path(s.ray, s.hash, s.edge, tally);
+    Hit hit = trace_edge(s, tally);
     tally.rays += 1u;
     s.edge += 1u;
     bool is_hit = hit.kind != NO_HIT;
-#if HAS_MEDIA
-    s.throughput *= medium_transmittance(s.medium, hit.t);
-#endif
     bool goes_on = false;
     if (is_hit) {
         Surface surface = surface_load(hit, s.ray);
+#if MEDIA_STACK
+        surface.error += vec3(s.touching);
+#endif
 #if TEXTURE_HAS_MIPS
         cone_travel(s, hit.t);
         surface.point.areas = footprint_areas(s, hit, surface);

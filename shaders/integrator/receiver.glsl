@@ -17,11 +17,12 @@ uint receive(inout PathState s, vec3 normal, inout Tally tally) {
     weight *= share;
 #endif
     Spectrum arriving = light.radiance;
-#if HAS_MEDIA
-    arriving *= medium_transmittance(s.medium, light.distance);
-#endif
     Ray shadow = Ray(s.ray.o, light.wi, is_candidate ? light.distance : 0.0);
+#if HAS_MEDIA
+    bool arrives = light_arrives(s, shadow, light.primitive, s.medium, arriving, tally) && is_candidate;
+#else
     bool arrives = is_candidate && is_visible(shadow, light.primitive, s.hash, s.edge, tally);
+#endif
     path_gather(s, arrives ? s.throughput * arriving * weight : Spectrum(0.0), 1u);
     return is_candidate ? 1u : 0u;
 }

@@ -39,21 +39,17 @@ Shading shading_load(PathState s, Surface surface, MaterialRecord material, inou
     r.frame = frame_from_normal(ns);
 #endif
     r.wo = to_local(r.frame, wo);
+#if MEDIA_STACK
+    r.lobes = material_lobes(material, surface.point, s.outside);
+#else
     r.lobes = material_lobes(material, surface.point);
+#endif
 #if GLTF_ANISOTROPY
     // Directions of anisotropy turn towards the bitangent of the front, which the frame's y may oppose.
     lobes_mirror(r.lobes, (tangent.w < 0.0) != is_back);
 #endif
     return r;
 }
-
-#if HAS_MEDIA
-// The medium behind the surface towards `w`: its interior on the way in, none on the way out; a thin wall changes nothing.
-uint medium_beyond(PathState s, Surface surface, MaterialRecord material, vec3 w) {
-    uint beyond = dot(w, surface.ng) < 0.0 ? material.interior : NONE;
-    return (material.flags & MATERIAL_THIN) != 0u ? s.medium : beyond;
-}
-#endif
 
 // Shading and geometric normal put `wi` on the same side.
 bool sides_agree(Shading shading, vec3 wi_local, vec3 wi) {
@@ -85,15 +81,17 @@ uint add_next_event(inout PathState s, Surface surface, MaterialRecord material,
     bool is_own = light.light == surface.light && (dot(light.wi, shading.ng) > 0.0) == (dot(s.ray.d, shading.ng) > 0.0);
     is_candidate = is_candidate && !is_own;
     Spectrum arriving = light.radiance;
-#if HAS_MEDIA
-    // Through the medium on wi's side: that of the path when wi leaves on wo's side.
-    bool stays = (dot(light.wi, shading.ng) > 0.0) == (dot(s.ray.d, shading.ng) < 0.0);
-    arriving *= medium_transmittance(stays ? s.medium : medium_beyond(s, surface, material, light.wi), light.distance);
-#endif
     vec3 origin = spawn_origin(surface.p, surface.error, shading.ng, light.wi);
     // A ray of length 0 reaches nothing: lanes without a candidate leave the traversal at once.
     Ray shadow = Ray(origin, light.wi, is_candidate ? light.distance : 0.0);
+#if HAS_MEDIA
+    // Through the medium on wi's side: that of the path when wi leaves on wo's side.
+    bool stays = (dot(light.wi, shading.ng) > 0.0) == (dot(s.ray.d, shading.ng) < 0.0);
+    Inside inside = stays ? s.medium : medium_beyond(s, surface, material, light.wi);
+    bool arrives = light_arrives(s, shadow, light.primitive, inside, arriving, tally) && is_candidate;
+#else
     bool arrives = is_candidate && is_visible(shadow, light.primitive, s.hash, s.edge, tally);
+#endif
     path_gather(s, arrives ? s.throughput * f * arriving * weight : Spectrum(0.0), s.edge + 1u);
     return is_candidate ? 1u : 0u;
 }

@@ -1,6 +1,13 @@
 // What a path carries from vertex to vertex, and what its slot collects. Shader functions take it whole, so that one loop and a
 // split plan can both be made from them.
 
+// What a path knows of the media it is in: a row of `media`, or up to four entries (media.glsl).
+#if MEDIA_STACK
+#define Inside uvec4
+#else
+#define Inside uint
+#endif
+
 struct PathState {
     Ray ray;
     Spectrum throughput;
@@ -15,7 +22,13 @@ struct PathState {
     vec3 from_normal;  // the shading normal there, which a choice of lights may look at
 #endif
 #if HAS_MEDIA
-    uint medium;
+    Inside medium;
+#endif
+#if MEDIA_STACK
+    // Of the edge just traced: see EdgeEnd.
+    uvec4 beyond;
+    float outside;
+    float touching;
 #endif
 #if TEXTURE_HAS_MIPS
     vec2 cone;  // diameter of the ray's cone where it starts, m, and its growth a metre
@@ -35,8 +48,11 @@ struct Tally {
     uint disagree;
     uint depth;
     uint cut;  // samples that are missing
-#if HAS_ALPHA
+#if HAS_ALPHA || MEDIA_STACK
     uint alpha_overflow;
+#endif
+#if MEDIA_STACK
+    uint media_overflow;
 #endif
     float lost_energy;
     uint first_bad;

@@ -9,8 +9,11 @@ Tally tally_new() {
     t.disagree = 0u;
     t.depth = 0u;
     t.cut = 0u;
-#if HAS_ALPHA
+#if HAS_ALPHA || MEDIA_STACK
     t.alpha_overflow = 0u;
+#endif
+#if MEDIA_STACK
+    t.media_overflow = 0u;
 #endif
     t.lost_energy = 0.0;
     t.first_bad = NONE;

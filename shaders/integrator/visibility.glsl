@@ -1,10 +1,10 @@
 // Which surfaces are there for a path: alpha on top of traversal. Randomness at a hit hashes (path, vertex, ray kind, primitive),
 // never the order of visits.
 
-#if HAS_ALPHA
 const uint RAY_CLOSEST = 0u;
 const uint RAY_SHADOW = 1u;
 
+#if HAS_ALPHA
 bool alpha_is_present(Hit hit, Ray ray, uint path_hash, uint vertex, uint ray_kind) {
     uint material_index;
     SurfacePoint point = hit_point_data(hit, ray, material_index);
@@ -26,6 +26,7 @@ bool alpha_is_present(Hit hit, Ray ray, uint path_hash, uint vertex, uint ray_ki
 }
 #endif
 
+#if !MEDIA_STACK
 // Nearest surface that is there for this path. The one behind ALPHA_LAYERS that are not is taken as there, and counted.
 Hit trace_path(Ray ray, uint path_hash, uint vertex, inout Tally tally) {
     Hit hit = trace_closest_from(ray, 0.0, NONE);
@@ -57,4 +58,5 @@ bool is_visible(Ray ray, uint excluded, uint path_hash, uint vertex, inout Tally
     return !trace_any(ray, excluded);
 #endif
 }
+#endif
 #endif

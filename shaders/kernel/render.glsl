@@ -19,7 +19,12 @@ PathState path_begin(uint pixel, uint sample_index, inout Tally tally, out uint 
     s.from = start.o;
     s.from_normal = start.receiver;
 #endif
-#if HAS_MEDIA
+#if MEDIA_STACK
+    s.medium = camera.media;
+    s.beyond = camera.media;
+    s.outside = 1.0;
+    s.touching = 0.0;
+#elif HAS_MEDIA
     s.medium = camera.medium;
 #endif
 #if TEXTURE_HAS_MIPS

@@ -19,6 +19,7 @@ use crate::integrator::{Estimator, Settings};
 use crate::prepare::Prepared;
 use crate::prepare::records::{TEXTURE_MIPS, TEXTURE_SRGB};
 use crate::reference::known::{self, Known};
+use crate::reference::known_nested;
 use crate::reference::meters;
 use crate::reference::scenes::{self, lights};
 use crate::scene::Scene;
@@ -168,6 +169,20 @@ const MUTATIONS: &[Mutation] = &[
         name: "light scattered once counts as indirect",
         fault: text("integrator/state.glsl", "edges <= 2u ? light", "edges <= 1u ? light"),
         caught_by: &[Aov(scenes::textured)],
+    },
+    Mutation {
+        name: "a nested boundary refracts as if air were outside",
+        fault: text(
+            "integrator/media.glsl",
+            "e.outside = medium_eta(media_current(is_entered ? e.medium : e.beyond));",
+            "e.outside = 1.0;",
+        ),
+        caught_by: &[ClosedForm(known_nested::inside_nested_balls), Replay(scenes::nested)],
+    },
+    Mutation {
+        name: "a boundary inside a body of higher priority is shown",
+        fault: text("integrator/media.glsl", "bool is_end = closes ? is_change :", "bool is_end = closes ? true :"),
+        caught_by: &[Replay(scenes::nested)],
     },
     Mutation {
         name: "normals go through the matrix, not its inverse transpose",

@@ -5,7 +5,7 @@ use super::subject::Subject;
 use super::{aov, camera, cosine, film, images, ledger, models, replay, superposition};
 use crate::error::Error;
 use crate::integrator::{Estimator, Settings};
-use crate::reference::{known, meters, scenes};
+use crate::reference::{known, known_nested, meters, scenes};
 use crate::scene::Scene;
 
 /// Size of the images: `SMALL` for continuous integration, `FULL` by command.
@@ -33,7 +33,7 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     let scenes = scenes::all(scale.size);
     let (mut models, missing) = some_models(scale.size);
     models.push(scenes::mipmapped(scale.size));
-    let known: Vec<known::Known> = known::all().into_iter().chain(meters::all()).collect();
+    let known: Vec<known::Known> = known::all().into_iter().chain(meters::all()).chain(known_nested::all()).collect();
     let aov_scenes = [scenes::alpha_sheets(32), scenes::textured(32), scenes::materials(32)];
     let cameras = camera::scenes(scale.size / 2);
     let losses = ledger::losses();

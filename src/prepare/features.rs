@@ -41,6 +41,8 @@ pub struct Features {
     pub alpha: bool,
     pub normal_maps: bool,
     pub media: bool,
+    /// Media may overlap: a path keeps a stack of them.
+    pub media_stack: bool,
     /// Some surface lets light through, so that frames keep an outside.
     pub transmission: bool,
     /// Models present, ascending numbers of `bsdf::MODELS`.
@@ -106,6 +108,7 @@ impl Features {
             alpha: has(MATERIAL_MASK | MATERIAL_BLEND),
             normal_maps: has(MATERIAL_NORMAL_MAP),
             media: !p.media.is_empty(),
+            media_stack: p.nests,
             transmission: has(MATERIAL_TRANSMITS),
             bsdfs,
             lobes,
@@ -154,6 +157,7 @@ impl Features {
             &mut self.alpha,
             &mut self.normal_maps,
             &mut self.media,
+            &mut self.media_stack,
             &mut self.transmission,
             &mut self.image_textures,
             &mut self.checker_textures,
@@ -256,6 +260,7 @@ impl Features {
             ("HAS_ALPHA", self.alpha),
             ("HAS_NORMAL_MAPS", self.normal_maps),
             ("HAS_MEDIA", self.media),
+            ("MEDIA_STACK", self.media_stack),
             ("HAS_TRANSMISSION", self.transmission),
             ("HAS_MIXTURES", self.mixtures),
             ("TEXTURE_HAS_HALF", self.texture_half),

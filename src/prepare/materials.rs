@@ -1,11 +1,11 @@
 //! Materials resolved: patterns and their constants, texture pages, media, and what of it the vertices must carry.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::Prepared;
 use super::geometry::Wanted;
+use super::media;
 use super::pattern::{Context, Node, Patterns, Role, Structure};
 use super::records::*;
 use crate::bsdf;
@@ -21,6 +21,10 @@ pub struct Resolved {
     pub textures: Vec<TextureRecord>,
     pub texels: Vec<[u32; 4]>,
     pub media: Vec<MediumRecord>,
+    /// Bodies of refracting media may overlap.
+    pub nests: bool,
+    /// By priority.
+    ranks: BTreeMap<u32, u32>,
     /// Mean emitted radiance of each material, for the choice of lights; positive wherever anything is emitted.
     pub emission: Vec<DVec3>,
     pub wanted: Wanted,
@@ -29,7 +33,7 @@ pub struct Resolved {
 }
 
 pub fn resolve(scene: &Scene) -> Resolved {
-    let mut r = Resolved::default();
+    let mut r = Resolved { nests: media::nest(scene), ranks: media::ranks(scene), ..Resolved::default() };
     let texture_rows = pack_textures(scene, &mut r);
     let context = Context { textures: &scene.textures, texture_rows: &texture_rows };
     let mut patterns = Patterns::default();
@@ -83,7 +87,7 @@ fn resolve_material(m: &Material, patterns: &mut Patterns, context: &Context, r:
         normal_pattern: NONE,
         bsdf: m.bsdf as u32,
         interior: NONE,
-        priority: m.priority,
+        priority: r.ranks.get(&m.priority).copied().unwrap_or(0),
         ..MaterialRecord::default()
     };
     if let Some(value) = m.emission.as_ref().filter(|v| !is_zero(v)) {
@@ -114,10 +118,13 @@ fn resolve_material(m: &Material, patterns: &mut Patterns, context: &Context, r:
     if transmits(m) {
         record.flags |= MATERIAL_TRANSMITS | if is_thin(m) { MATERIAL_THIN } else { 0 };
     }
+    let absorption = m.interior.map_or(DVec3::ZERO, |i| i.absorption);
+    // Where dielectrics overlap every one of them counts, clear or not.
     let has_inside = transmits(m) && !is_thin(m);
-    if let Some(medium) = m.interior.filter(|i| has_inside && i.absorption != DVec3::ZERO) {
+    if if r.nests { media::bounds_medium(m) } else { has_inside && absorption != DVec3::ZERO } {
         record.interior = r.media.len() as u32;
-        r.media.push(MediumRecord { absorption: medium.absorption.as_vec3().to_array(), reserved: 0.0 });
+        let eta = if r.nests { media::index_of(m) as f32 } else { 1.0 };
+        r.media.push(MediumRecord { absorption: absorption.as_vec3().to_array(), eta });
     }
     record
 }
@@ -127,7 +134,7 @@ pub fn transmits(m: &Material) -> bool {
     m.surfaces().iter().any(lets_through)
 }
 
-fn lets_through(s: &Surface) -> bool {
+pub fn lets_through(s: &Surface) -> bool {
     bsdf::MODELS[s.bsdf].transmits_when(|input| s.input(input).is_some_and(|v| !is_zero(v)))
 }
 
@@ -266,54 +273,4 @@ fn image_mean(image: &Image, is_srgb: bool) -> DVec3 {
         }
     };
     sum / count
-}
-
-/// The medium around the camera (the origin): that behind the nearest boundary seen from its back. Any ray will do.
-pub fn camera_medium(p: &Prepared) -> u32 {
-    if p.media.is_empty() {
-        return NONE;
-    }
-    let direction = DVec3::new(0.36, 0.48, 0.8);
-    let mut nearest = (f64::INFINITY, NONE);
-    let mut meet = |t: f64, is_back: bool, material: u32| {
-        let interior = p.materials[material as usize].interior;
-        let flags = p.materials[material as usize].flags;
-        let is_boundary = flags & MATERIAL_TRANSMITS != 0 && flags & MATERIAL_THIN == 0;
-        if is_boundary && t > 0.0 && t < nearest.0 {
-            nearest = (t, if is_back { interior } else { NONE });
-        }
-    };
-    let vec = |a: [f32; 3]| DVec3::new(a[0].into(), a[1].into(), a[2].into());
-    for ([a, b, c], material) in p.triangles_towards(direction) {
-        let normal = (b - a).cross(c - a);
-        let along = normal.dot(direction);
-        if along == 0.0 {
-            continue;
-        }
-        let distance = normal.dot(a) / along;
-        let hit = direction * distance;
-        let side = |u: DVec3, v: DVec3| (v - u).cross(hit - u).dot(normal) >= 0.0;
-        if side(a, b) && side(b, c) && side(c, a) {
-            meet(distance, along > 0.0, material);
-        }
-    }
-    for s in &p.spheres {
-        let (center, radius) = (vec(s.center), f64::from(s.radius));
-        let middle = center.dot(direction);
-        let square = radius * radius - (center - direction * middle).length_squared();
-        if square > 0.0 {
-            let half = square.sqrt();
-            let is_inside = middle - half < 0.0;
-            meet(if is_inside { middle + half } else { middle - half }, is_inside, s.material);
-        }
-    }
-    for d in &p.discs {
-        let (center, normal) = (vec(d.center), vec(d.normal));
-        let along = normal.dot(direction);
-        let distance = normal.dot(center) / along;
-        if (direction * distance - center).length() <= f64::from(d.radius) {
-            meet(distance, along > 0.0, d.material);
-        }
-    }
-    nearest.1
 }

@@ -7,6 +7,7 @@ pub mod geometry;
 pub mod instances;
 pub mod lights;
 pub mod materials;
+pub mod media;
 pub mod pattern;
 pub mod records;
 
@@ -91,6 +92,8 @@ pub struct Prepared {
     pub sky_texels: Vec<SkyTexelRecord>,
     pub sky_alias: Vec<AliasRecord>,
     pub media: Vec<MediumRecord>,
+    /// Bodies of media may overlap: paths keep a stack.
+    pub nests: bool,
     /// Macros of the models, and whether some material switches them on.
     pub bsdf_macros: Vec<(&'static str, bool)>,
     /// Seconds spent in the BVH build.
@@ -154,6 +157,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
         textures: resolved.textures,
         texels: resolved.texels,
         media: resolved.media,
+        nests: resolved.nests,
         bsdf_macros: resolved.macros,
         bvh_s,
         objects: geometry.objects,
@@ -181,7 +185,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
     p.camera = camera::record(scene).map_err(Error::Camera)?;
     let elements = camera::elements(scene).map_err(Error::Camera)?;
     (p.sensor_elements, p.sensor_alias) = (elements.records, elements.alias);
-    p.camera.medium = materials::camera_medium(&p);
+    (p.camera.medium, p.camera.media) = media::around_camera(&p);
     attach_lights(&mut p, scene, &resolved.emission, settings.estimator == Estimator::Mis)?;
     if settings.estimator == Estimator::Bsdf {
         let count = p.lights.iter().filter(|l| light::kind(l).is_some_and(light::Kind::is_delta)).count();

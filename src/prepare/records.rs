@@ -34,6 +34,8 @@ gpu_record! {
         /// Ray cone of a pixel: diameter where rays start, m, and what it grows by a metre.
         cone: [f32; 2],
         reserved: [u32; 2],
+        /// Entries of the media the camera stands in, the newest last (shaders/integrator/media.glsl).
+        media: [u32; 4],
     }
 }
 
@@ -156,6 +158,7 @@ gpu_record! {
         normal_scale: f32,
         /// Medium behind the surface, a row of `media`, or NONE.
         interior: u32,
+        /// Rank of the priority among those of the scene.
         priority: u32,
         reserved: [u32; 2],
     }
@@ -250,7 +253,8 @@ gpu_record! {
     pub struct SkyTexelRecord { radiance: [f32; 3], cell_pdf: f32 }
 }
 gpu_record! {
-    pub struct MediumRecord { absorption: [f32; 3], reserved: f32 }
+    /// Absorption in 1/m and index of refraction; the index is 1 where media do not nest, for models then know their own.
+    pub struct MediumRecord { absorption: [f32; 3], eta: f32 }
 }
 gpu_record! {
     /// A mesh placed in the world, upper leaf order. Row 0 is the world itself: the identity, where flat geometry lies.

@@ -8,7 +8,9 @@
 
 pub mod independent;
 pub mod known;
+pub mod known_nested;
 pub mod meters;
+pub mod nested;
 pub mod path;
 mod receiver;
 pub mod render;

@@ -6,6 +6,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::nested::{EdgeEnd, Inside, Medium, Overflows, follow};
 use super::receiver::receive;
 use super::surface::Surface;
 use super::tree::{Hit, Ray, Tree};
@@ -63,14 +64,20 @@ pub trait World: Sync {
     fn camera_start(&self, film: DVec2, random: &Self::Stream) -> Start;
     /// Diameter of a pixel's ray cone where rays start, m, and its growth a metre.
     fn camera_cone(&self) -> DVec2;
-    fn camera_medium(&self) -> u32;
+    /// The media the camera stands in.
+    fn camera_inside(&self) -> Inside;
+    /// Bodies of media may overlap.
+    fn nests(&self) -> bool;
+    /// The medium behind a primitive's surface, where it bounds one that may nest.
+    fn boundary_medium(&self, primitive: u32) -> Option<u32>;
     fn tree(&self) -> &Tree;
     /// Some hit may be passed through.
     fn has_alpha(&self) -> bool;
     /// Probability that the surface is there.
     fn presence(&self, ray: &Ray, hit: &Hit) -> f64;
-    fn surface(&self, ray: &Ray, hit: &Hit) -> Surface;
-    fn absorption(&self, medium: u32) -> DVec3;
+    /// `outside`: index of refraction in front of the surface, by which its own indices are divided.
+    fn surface(&self, ray: &Ray, hit: &Hit, outside: f64) -> Surface;
+    fn medium(&self, medium: u32) -> Medium;
     /// Gives each light that a ray leaving the scene sees: its radiance, and the density with which `sample_light` finds it in this
     /// direction, 1/sr.
     fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64));
@@ -131,8 +138,7 @@ pub struct Sample {
     pub rays: u32,
     /// Directions dropped, or normals replaced, because shading and geometric sides disagree.
     pub disagreements: u32,
-    /// Rays that passed more absent surfaces than are followed.
-    pub alpha_overflows: u32,
+    pub overflows: Overflows,
     /// The path was cut by `max_depth` at a surface that scatters.
     pub is_cut: bool,
     /// Luminance of the throughput that was cut.
@@ -179,7 +185,9 @@ pub fn trace<W: World>(
         ignores: NONE,
         cone: world.camera_cone(),
     };
-    let mut medium = world.camera_medium();
+    let mut inside = world.camera_inside();
+    // What touches the surface that an edge leaves is behind it: hits up to here do not count, m.
+    let mut past = 0.0;
     let mut throughput = DVec3::splat(start.weight);
     let mut eta_scale = 1.0;
     let mut sample = Sample::default();
@@ -190,7 +198,7 @@ pub fn trace<W: World>(
     let mut from = start.origin;
     // A meter that collects from a hemisphere is served like a surface.
     if let Some(normal) = start.receiver {
-        let (light, rays) = receive(world, settings, random, &start, normal, &mut sample.alpha_overflows);
+        let (light, rays) = receive(world, settings, random, &start, normal, &mut sample.overflows);
         sample.gather(throughput * light, 1);
         sample.rays += rays;
         scatter_pdf = Some(start.direction.dot(normal) / std::f64::consts::PI);
@@ -198,7 +206,8 @@ pub fn trace<W: World>(
     for edge in 1..=settings.edges() {
         // 1. Where the edge ends.
         sample.rays += 1;
-        let hit = closest_present(world, random, &ray, vertex, &mut sample.alpha_overflows);
+        let end = edge_end(world, random, (&ray, past), vertex, inside, &mut sample.overflows);
+        let hit = end.hit;
         let weight = |light_density: f64| match (scatter_pdf, settings.estimator) {
             (None, _) | (_, Estimator::Bsdf) => 1.0,
             // What light sampling cannot find counts whole.
@@ -206,9 +215,8 @@ pub fn trace<W: World>(
             (Some(pdf), Estimator::Mis) => power_heuristic(pdf, light_density),
         };
         // 2. Absorption on the way.
-        if medium != NONE {
-            throughput *= transmittance(world.absorption(medium), hit.map_or(f64::INFINITY, |h| h.t));
-        }
+        throughput *= end.through;
+        inside = end.inside;
         // 3. What is infinitely far away ends the path.
         let Some(hit) = hit else {
             world.background(ray.direction, &mut |radiance, density| {
@@ -217,7 +225,7 @@ pub fn trace<W: World>(
             break;
         };
         // 4. Emission towards the viewer.
-        let mut surface = world.surface(&ray, &hit);
+        let mut surface = world.surface(&ray, &hit, end.outside);
         surface.orient(-ray.direction);
         if surface.emission != DVec3::ZERO {
             let w = weight(world.emitter_density(&Ray { origin: from, ..ray }, &hit));
@@ -259,19 +267,15 @@ pub fn trace<W: World>(
         }
         vertex += 1;
         let wo = shading.frame.to_local(wo_world);
-        // The medium an edge towards `wi` runs through.
+        // The media an edge towards `wi` runs through.
         let beyond = |wi: DVec3| {
             let front = surface.geometric_normal;
             let crosses = (wi.dot(front) < 0.0) != (wo_world.dot(front) < 0.0);
             match surface.boundary {
-                Some(interior) if crosses => {
-                    if wi.dot(front) < 0.0 {
-                        interior
-                    } else {
-                        NONE
-                    }
-                }
-                _ => medium,
+                _ if crosses && world.nests() => end.beyond,
+                Some(interior) if crosses && wi.dot(front) < 0.0 => Inside::only(interior),
+                Some(_) if crosses => Inside::default(),
+                _ => inside,
             }
         };
         // 6. Next-event estimation. From beside the surface, on the viewer's side: a sphere that lights itself is then seen from
@@ -296,15 +300,12 @@ pub fn trace<W: World>(
                     cone: DVec2::ZERO,
                 };
                 sample.rays += 1;
-                if !is_blocked(world, random, &shadow, light.distance, vertex, &mut sample.alpha_overflows) {
+                let within = beyond(light.direction);
+                let way = (&shadow, end.touching, light.distance);
+                if let Some(through) = unblocked(world, random, way, vertex, within, &mut sample.overflows) {
                     let w = match settings.estimator {
                         Estimator::Mis if !light.is_delta => power_heuristic(light.density, bsdf.pdf(wo, wi)),
                         _ => 1.0,
-                    };
-                    let medium = beyond(light.direction);
-                    let through = match medium {
-                        NONE => DVec3::ONE,
-                        _ => transmittance(world.absorption(medium), light.distance),
                     };
                     trace.light = throughput * f * light.radiance * through * (w / light.density);
                     sample.gather(trace.light, edge + 1);
@@ -333,13 +334,14 @@ pub fn trace<W: World>(
         eta_scale *= scattered.eta_scale;
         scatter_pdf = (scattered.flags & SAMPLE_DELTA == 0).then_some(scattered.pdf);
         if scattered.flags & SAMPLE_TRANSMISSION != 0 {
-            medium = beyond(wi);
+            inside = beyond(wi);
         }
         // A smooth surface keeps the growth of the cone, a rough one widens it.
         let share = f64::from(CONE_SHARE) / scattered.pdf.sqrt();
         let growth = if scatter_pdf.is_some() { ray.cone.y.max(share) } else { ray.cone.y };
         let cone = DVec2::new(ray.cone.x + ray.cone.y * hit.t, growth);
         ray = Ray { origin: surface.point, direction: wi, leaves: hit.primitive, ignores: NONE, cone };
+        past = end.touching;
         // 8. Roulette.
         if edge >= settings.first_roulette_edge() {
             let q = survival_probability(throughput, eta_scale);
@@ -350,6 +352,40 @@ pub fn trace<W: World>(
         }
     }
     sample
+}
+
+/// Where the edge along `ray` ends; hits up to `past` do not count.
+fn edge_end<W: World>(
+    world: &W,
+    random: &W::Stream,
+    (ray, past): (&Ray, f64),
+    vertex: u32,
+    inside: Inside,
+    overflows: &mut Overflows,
+) -> EdgeEnd {
+    if world.nests() {
+        return follow(world, random, (ray, past, f64::INFINITY), (vertex, RayKind::Closest), inside, overflows);
+    }
+    let hit = closest_present(world, random, ray, vertex, &mut overflows.alpha);
+    let through = inside.transmittance(world, hit.map_or(f64::INFINITY, |h| h.t));
+    EdgeEnd { hit, through, inside, beyond: inside, outside: 1.0, touching: 0.0 }
+}
+
+/// What absorption leaves of light that comes from `distance`; None where something is in its way.
+pub(super) fn unblocked<W: World>(
+    world: &W,
+    random: &W::Stream,
+    (ray, past, distance): (&Ray, f64, f64),
+    vertex: u32,
+    inside: Inside,
+    overflows: &mut Overflows,
+) -> Option<DVec3> {
+    if world.nests() {
+        let end = follow(world, random, (ray, past, distance), (vertex, RayKind::Shadow), inside, overflows);
+        return end.hit.is_none().then_some(end.through);
+    }
+    let is_blocked = is_blocked(world, random, ray, distance, vertex, &mut overflows.alpha);
+    (!is_blocked).then(|| inside.transmittance(world, distance))
 }
 
 /// First hit that is there. Candidates come in the order (t, primitive), each decided by its own hash; the one after
@@ -374,7 +410,7 @@ fn closest_present<W: World>(
 }
 
 /// Hits come in no order: one that is there blocks, and so do more than ALPHA_LAYERS that are not.
-pub(super) fn is_blocked<W: World>(
+fn is_blocked<W: World>(
     world: &W,
     random: &W::Stream,
     ray: &Ray,
@@ -394,7 +430,14 @@ pub(super) fn is_blocked<W: World>(
     is_blocked || absent > ALPHA_LAYERS
 }
 
-fn is_present<W: World>(world: &W, random: &W::Stream, ray: &Ray, hit: &Hit, vertex: u32, kind: RayKind) -> bool {
+pub(super) fn is_present<W: World>(
+    world: &W,
+    random: &W::Stream,
+    ray: &Ray,
+    hit: &Hit,
+    vertex: u32,
+    kind: RayKind,
+) -> bool {
     let presence = world.presence(ray, hit);
     presence >= 1.0 || random.is_present(vertex, kind, hit, presence)
 }

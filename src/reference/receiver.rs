@@ -2,7 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::path::{World, is_blocked, transmittance};
+use super::nested::Overflows;
+use super::path::{World, unblocked};
 use super::tree::Ray;
 use crate::camera::Start;
 use crate::integrator::path::power_heuristic;
@@ -16,7 +17,7 @@ pub(super) fn receive<W: World>(
     random: &W::Stream,
     start: &Start,
     normal: DVec3,
-    overflows: &mut u32,
+    overflows: &mut Overflows,
 ) -> (DVec3, u32) {
     let none = (DVec3::ZERO, 0);
     if settings.estimator == Estimator::Bsdf {
@@ -35,16 +36,13 @@ pub(super) fn receive<W: World>(
         ignores: light.primitive,
         cone: DVec2::ZERO,
     };
-    if is_blocked(world, random, &shadow, light.distance, 0, overflows) {
+    let way = (&shadow, 0.0, light.distance);
+    let Some(through) = unblocked(world, random, way, 0, world.camera_inside(), overflows) else {
         return (DVec3::ZERO, 1);
-    }
+    };
     let weight = match settings.estimator {
         Estimator::Mis if !light.is_delta => power_heuristic(light.density, density),
         _ => 1.0,
-    };
-    let through = match world.camera_medium() {
-        NONE => DVec3::ONE,
-        medium => transmittance(world.absorption(medium), light.distance),
     };
     (light.radiance * through * (weight * density / light.density), 1)
 }

@@ -43,7 +43,8 @@ impl<W: World> Renderer<W> {
             slot.rays += sample.rays;
             slot::LEDGER_DISAGREE.add(&mut slot, sample.disagreements);
             slot::LEDGER_DEPTH.add(&mut slot, u32::from(sample.is_cut));
-            slot::LEDGER_ALPHA_OVERFLOW.add(&mut slot, sample.alpha_overflows);
+            slot::LEDGER_ALPHA_OVERFLOW.add(&mut slot, sample.overflows.alpha);
+            slot::LEDGER_MEDIA_OVERFLOW.add(&mut slot, sample.overflows.media);
             lost += sample.lost;
             let cause = match sample.radiance {
                 r if r.is_nan() => Some(slot::LEDGER_NAN),

@@ -308,6 +308,28 @@ pub fn discs(size: u32) -> Scene {
     s
 }
 
+/// A glass ball full of absorbing water with a metal ball in it, a smaller glass across its wall, on a floor under a sky and a lamp.
+pub fn nested(size: u32) -> Scene {
+    let mut s = empty("nested", camera(DVec3::new(0.0, 1.2, 3.6), DVec3::Y * 0.6, 40f64.to_radians()), size);
+    let floor = wall(DVec3::ZERO, DVec3::Y, [3.0, 3.0]);
+    place(&mut s, "floor", Shape::Rectangle, floor, lambert(DVec3::new(0.6, 0.55, 0.5)));
+    let body = |index, roughness, absorption, priority| {
+        let inputs = [("eta", Value::scalar(index)), ("roughness", Value::scalar(roughness))];
+        Material { interior: Some(Medium { absorption }), priority, ..material("dielectric", &inputs) }
+    };
+    let center = DVec3::Y * 0.75;
+    place(&mut s, "glass", Shape::Sphere, sphere_at(center, 0.7), body(1.5, 0.0, DVec3::new(0.3, 0.1, 0.2), 1));
+    place(&mut s, "water", Shape::Sphere, sphere_at(center, 0.6), body(1.33, 0.0, DVec3::new(1.2, 0.4, 0.1), 2));
+    let metal = material("conductor", &[("roughness", Value::scalar(0.3))]);
+    place(&mut s, "metal", Shape::Sphere, sphere_at(center - 0.2 * DVec3::X, 0.2), metal);
+    let across = body(1.7, 0.4, DVec3::new(0.2, 0.8, 0.8), 3);
+    place(&mut s, "across", Shape::Sphere, sphere_at(center + DVec3::new(0.45, 0.2, 0.3), 0.25), across);
+    s.sky = Some(Sky { radiance: SkyRadiance::Uniform(DVec3::new(0.4, 0.5, 0.7)), rotation_rad: 0.0, scale: 1.0 });
+    let bright = lamp(DVec3::new(9.0, 7.0, 5.0));
+    place(&mut s, "lamp", Shape::Sphere, sphere_at(DVec3::new(0.8, 2.1, 0.8), 0.4), bright);
+    s
+}
+
 /// A wide floor with a ball and a small lamp beside it, under a dim sky with a sun of half a degree.
 pub fn small_sun(size: u32) -> Scene {
     let mut s = empty("small-sun", camera(DVec3::new(0.0, 1.2, 4.0), DVec3::Y * 0.5, 40f64.to_radians()), size);
@@ -352,6 +374,7 @@ pub fn all(size: u32) -> Vec<Scene> {
         alpha_sheets(size),
         textured(size),
         materials(size),
+        nested(size),
         discs(size),
         lights::lamps(size),
         lights::glowing(size),

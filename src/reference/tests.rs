@@ -5,9 +5,9 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::independent::Independent;
-use super::known;
 use super::path::{World, trace};
 use super::replay::Replay;
+use super::{known, known_nested};
 use super::{meters, render, scenes};
 use crate::film::Film;
 use crate::integrator::{Estimator, Instancing, SamplerKind, Settings};
@@ -48,7 +48,7 @@ fn replay(scene: &Scene, settings: &Settings) -> Replay {
 
 #[test]
 fn closed_forms_hold_with_every_estimator() {
-    for known in known::all().into_iter().chain(meters::all()) {
+    for known in known::all().into_iter().chain(known_nested::all()).chain(meters::all()) {
         for estimator in ESTIMATORS {
             let settings = Settings {
                 estimator,

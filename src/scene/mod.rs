@@ -285,7 +285,7 @@ pub struct Material {
     pub normal_map: Option<(Value, f64)>,
     /// The medium behind the surface, for models that transmit with refraction.
     pub interior: Option<Medium>,
-    /// Nested dielectrics: the higher wins (kept now, used later).
+    /// Where bodies that refract overlap, the higher fills the space; of equals the one entered last.
     pub priority: u32,
     /// The surfaces of a mixture, the first of which is `bsdf` with `inputs`; empty for a plain surface.
     pub parts: Vec<Part>,

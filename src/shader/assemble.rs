@@ -92,7 +92,7 @@ pub fn includes(f: &Features) -> Vec<String> {
     add(f.instances, "bvh/instance");
     add(f.instances, "bvh/placed");
     add(true, "bvh/closest");
-    add(f.next_event() && !f.alpha, "bvh/any");
+    add(f.next_event() && !f.alpha && !f.media_stack, "bvh/any");
     add(true, "bsdf/common");
     let mut seen: Vec<&str> = Vec::new();
     for shared in f.shared_bsdf_files() {
@@ -164,7 +164,7 @@ pub fn assemble(
         source = file(source, &stem);
     }
     source = source.part("<cameras>", dispatch::cameras(f));
-    for stem in ["footprint", "visibility", "emission", "scatter"] {
+    for stem in ["footprint", "visibility", "media", "emission", "scatter"] {
         source = file(source, &format!("integrator/{stem}"));
     }
     source = file(source.part("<aovs>", aovs::functions(f.aovs)), "integrator/tally");

@@ -4,6 +4,7 @@ use crate::bsdf::{self, InputKind};
 use crate::camera;
 use crate::light::{KINDS, Kind, Reach};
 use crate::prepare::features::Features;
+use crate::prepare::media;
 use crate::prepare::pattern::{Role, Structure};
 
 /// `pattern_constant` and `pattern_uv`, which the pattern functions read their rows with.
@@ -72,10 +73,12 @@ fn float(x: f64) -> String {
 pub fn patterns(f: &Features) -> String {
     let mut text = PATTERN_HEAD.to_owned() + "\n" + &lobes(f);
     let mut cases: [Vec<(usize, String)>; 4] = Default::default();
+    // In a medium, indices of refraction are those relative to it.
+    let (outside, argument) = if f.media_stack { (", float outside", ", outside") } else { ("", "") };
     for (number, structure) in f.structures.iter().enumerate() {
         let (signature, role) = match &structure.role {
             Role::Bsdf(_) | Role::Mix(_) => {
-                (format!("void pattern_{number}(uint data, SurfacePoint point, inout Lobes l)"), 0)
+                (format!("void pattern_{number}(uint data, SurfacePoint point{outside}, inout Lobes l)"), 0)
             }
             Role::Emission => (format!("Spectrum pattern_{number}(uint data, SurfacePoint point)"), 1),
             Role::Alpha => (format!("float pattern_{number}(uint data, SurfacePoint point)"), 2),
@@ -85,11 +88,11 @@ pub fn patterns(f: &Features) -> String {
         cases[role].push((number, format!("pattern_{number}")));
     }
     text += &choice(
-        "Lobes material_lobes(MaterialRecord m, SurfacePoint point)",
+        &format!("Lobes material_lobes(MaterialRecord m, SurfacePoint point{outside})"),
         "Lobes r = lobes_default();\n    r.kind = m.bsdf;",
         "m.pattern",
         &cases[0],
-        |call| format!("{call}(m.data, point, r);"),
+        |call| format!("{call}(m.data, point{argument}, r);"),
     );
     let roles = [
         ("Spectrum material_emission", "Spectrum r = Spectrum(0.0);", "emission", f.emission),
@@ -121,7 +124,10 @@ fn body(structure: &Structure, f: &Features) -> String {
                 let arguments: Vec<String> = outputs[at..]
                     .iter()
                     .zip(model.inputs)
-                    .map(|(o, i)| format!("{o}.{}", if i.kind == InputKind::Scalar { "x" } else { "xyz" }))
+                    .map(|(o, i)| {
+                        let relative = if f.media_stack && media::is_index(i.name) { " / outside" } else { "" };
+                        format!("{o}.{}{relative}", if i.kind == InputKind::Scalar { "x" } else { "xyz" })
+                    })
                     .collect();
                 at += model.inputs.len();
                 text += &format!("    l.{} = {}_params({});\n", slot(lobe), model.keyword, arguments.join(", "));

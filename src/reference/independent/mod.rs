@@ -13,6 +13,7 @@ mod value;
 
 use glam::{DVec2, DVec3};
 
+use super::nested::{Inside, Medium};
 use super::path::{LightSample, World};
 use super::surface::Surface;
 use super::tree::{Hit, Ray, Shape, Tree, free_ray};
@@ -39,7 +40,8 @@ pub struct Independent<'a> {
     lights: Lights,
     /// Of the camera, when it is a surface meter.
     elements: camera::Elements,
-    camera_medium: u32,
+    nests: bool,
+    camera_inside: Inside,
 }
 
 impl<'a> Independent<'a> {
@@ -55,11 +57,14 @@ impl<'a> Independent<'a> {
             pyramids: mip::pyramids(scene),
             lights: Lights::default(),
             elements: camera::Elements::new(),
-            camera_medium: NONE,
+            nests: false,
+            camera_inside: Inside::default(),
         };
         world.lights = Lights::of(&world);
         world.elements = camera::elements(&world);
-        world.camera_medium = world.medium_at(scene.camera.to_world.translation);
+        world.nests = world.bodies_overlap();
+        let place = scene.camera.to_world.translation;
+        world.camera_inside = if world.nests { world.media_at(place) } else { Inside::only(world.medium_at(place)) };
         world
     }
 
@@ -75,7 +80,7 @@ impl<'a> Independent<'a> {
         // A direction that no scene is likely to align with.
         let mut ray = free_ray(point, DVec3::new(0.3713, 0.8127, 0.4491).normalize());
         while let Some(hit) = self.tree.closest(&ray, None, f64::INFINITY) {
-            let surface = self.surface(&ray, &hit);
+            let surface = self.surface(&ray, &hit, 1.0);
             if let Some(interior) = surface.boundary {
                 let is_back = ray.direction.dot(surface.geometric_normal) > 0.0;
                 return if is_back { interior } else { NONE };
@@ -83,6 +88,59 @@ impl<'a> Independent<'a> {
             ray = Ray { origin: ray.at(hit.t), leaves: hit.primitive, ..ray };
         }
         NONE
+    }
+
+    /// The surface parts two media, one of which may be inside another.
+    fn bounds_medium(&self, material: &Material) -> bool {
+        let shines = material.emission.as_ref().is_some_and(may_be_positive);
+        transmits(material) && !is_thin(material) && !shines
+    }
+
+    /// Whether the boxes of two instances that bound media share a volume or touch.
+    fn bodies_overlap(&self) -> bool {
+        let mut boxes: std::collections::BTreeMap<u32, (DVec3, DVec3)> = Default::default();
+        for (number, instance) in self.scene.instances.iter().enumerate() {
+            if !self.bounds_medium(&self.scene.materials[instance.material]) {
+                continue;
+            }
+            for p in self.primitives.of_instance(number).map(|n| self.primitives.get(n)) {
+                let (low, high) = match p.shape {
+                    Shape::Triangle(v) => (v[0].min(v[1]).min(v[2]), v[0].max(v[1]).max(v[2])),
+                    Shape::Sphere { center, radius } => (center - radius, center + radius),
+                    Shape::Disc { center, .. } => (center, center),
+                };
+                let entry = boxes.entry(p.instance).or_insert((low, high));
+                *entry = (entry.0.min(low), entry.1.max(high));
+            }
+        }
+        let boxes: Vec<_> = boxes.into_values().collect();
+        let touch = 1e-6 * boxes.iter().fold(0.0, |s: f64, b| s.max(b.0.abs().max(b.1.abs()).max_element()));
+        (0..boxes.len()).any(|i| {
+            (0..i).any(|j| (0..3).all(|a| boxes[i].0[a].max(boxes[j].0[a]) <= boxes[i].1[a].min(boxes[j].1[a]) + touch))
+        })
+    }
+
+    /// All media around a point: those that a line from it leaves without having entered them, outermost first.
+    fn media_at(&self, point: DVec3) -> Inside {
+        let ray = free_ray(point, DVec3::new(0.3713, 0.8127, 0.4491).normalize());
+        let (mut entered, mut around): (Vec<u32>, Vec<u32>) = Default::default();
+        let mut last = None;
+        while let Some(hit) = self.tree.closest(&ray, last.as_ref(), f64::INFINITY) {
+            last = Some(hit);
+            let Some(medium) = self.boundary_medium(hit.primitive) else { continue };
+            if ray.direction.dot(self.surface(&ray, &hit, 1.0).geometric_normal) < 0.0 {
+                entered.push(medium);
+            } else if let Some(place) = entered.iter().position(|m| *m == medium) {
+                entered.remove(place);
+            } else {
+                around.push(medium);
+            }
+        }
+        let mut inside = Inside::default();
+        for medium in around.into_iter().take(4).rev() {
+            inside.enter(medium);
+        }
+        inside
     }
 
     /// Geometry and attributes at barycentric weights `b` of a triangle, or at `position` of a sphere or disc.
@@ -237,8 +295,17 @@ impl World for Independent<'_> {
         camera::cone(self)
     }
 
-    fn camera_medium(&self) -> u32 {
-        self.camera_medium
+    fn camera_inside(&self) -> Inside {
+        self.camera_inside
+    }
+
+    fn nests(&self) -> bool {
+        self.nests
+    }
+
+    fn boundary_medium(&self, primitive: u32) -> Option<u32> {
+        let material = self.scene.instances[self.primitives.instance_of(primitive)].material;
+        self.bounds_medium(&self.scene.materials[material]).then_some(material as u32)
     }
 
     fn tree(&self) -> &Tree {
@@ -257,7 +324,7 @@ impl World for Independent<'_> {
         self.alpha(material, &self.point(hit.primitive, hit.barycentric, ray.at(hit.t)))
     }
 
-    fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+    fn surface(&self, ray: &Ray, hit: &Hit, outside: f64) -> Surface {
         let material = self.material(hit.primitive);
         let point = self.point(hit.primitive, hit.barycentric, ray.at(hit.t));
         let instance = self.primitives.instance_of(hit.primitive);
@@ -271,6 +338,10 @@ impl World for Independent<'_> {
             for ((slot, value), input) in inputs.iter_mut().zip(values).zip(MODELS[bsdf].inputs) {
                 let v = self.evaluate(value, &shaded);
                 *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
+                // Fresnel's equations know only the ratio of the two indices (Born and Wolf 1999, 1.5).
+                if ["ior", "eta", "k"].contains(&input.name) {
+                    *slot /= outside;
+                }
             }
             Params::from_inputs(bsdf, &inputs[..values.len()])
         };
@@ -310,8 +381,21 @@ impl World for Independent<'_> {
     }
 
     /// Media are named by the material that holds them.
-    fn absorption(&self, medium: u32) -> DVec3 {
-        self.scene.materials[medium as usize].interior.map_or(DVec3::ZERO, |m| m.absorption)
+    fn medium(&self, medium: u32) -> Medium {
+        let material = &self.scene.materials[medium as usize];
+        // Of the first surface that refracts; textured, it is that of the model's default.
+        let index = material.surfaces().iter().filter(|s| lets_through(s)).find_map(|s| {
+            let input = MODELS[s.bsdf].inputs.iter().find(|i| ["ior", "eta"].contains(&i.name))?;
+            match s.input(input.name) {
+                Some(Value::Constant([x, ..])) if *x > 0.0 => Some(*x),
+                _ => Some(input.default[0]),
+            }
+        });
+        Medium {
+            absorption: material.interior.map_or(DVec3::ZERO, |m| m.absorption),
+            index: index.unwrap_or(1.0),
+            priority: material.priority,
+        }
     }
 
     fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64)) {

@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
+use super::nested::{Inside, Medium};
 use super::path::{LightSample, Random, Sample, VertexTrace, World, trace};
 use super::surface::Surface;
 use super::tree::{Hit, Ray, Shape, Tree};
@@ -22,6 +23,7 @@ use crate::film::filter;
 use crate::integrator::{Estimator, SamplerKind, Settings};
 use crate::light::{self, Place, Reach, alias};
 use crate::prepare::Prepared;
+use crate::prepare::media::is_index;
 use crate::prepare::pattern::Role;
 use crate::prepare::records::*;
 use crate::sampler::{self, Purpose};
@@ -38,6 +40,8 @@ pub struct Replay {
     rows: Vec<(u32, u32)>,
     placed: placed::Numbers,
     has_alpha: bool,
+    /// By medium: rank of its material's priority.
+    ranks: Vec<u32>,
 }
 
 /// The record of a primitive.
@@ -92,7 +96,11 @@ impl Replay {
         let has_alpha = p.materials.iter().any(|m| m.flags & (MATERIAL_MASK | MATERIAL_BLEND) != 0);
         let (placed, trees) = placed::trees(p);
         let tree = Tree::build(shapes).with_placed(trees);
-        Self { prepared, sampler: settings.sampler, tree, rows, placed, has_alpha }
+        let mut ranks = vec![0; p.media.len()];
+        for material in p.materials.iter().filter(|m| m.interior != NONE) {
+            ranks[material.interior as usize] = material.priority;
+        }
+        Self { prepared, sampler: settings.sampler, tree, rows, placed, has_alpha, ranks }
     }
 
     pub fn path(&self, settings: &Settings, pixel: [u32; 2], sample: u64) -> PathTrace {
@@ -247,8 +255,26 @@ impl World for Replay {
         DVec2::from(self.prepared.camera.cone.map(f64::from))
     }
 
-    fn camera_medium(&self) -> u32 {
-        self.prepared.camera.medium
+    fn camera_inside(&self) -> Inside {
+        let camera = &self.prepared.camera;
+        if !self.prepared.nests {
+            return Inside::only(camera.medium);
+        }
+        let mut inside = Inside::default();
+        for entry in camera.media.into_iter().filter(|e| *e != 0) {
+            inside.enter((entry & 0xffff) - 1);
+        }
+        inside
+    }
+
+    fn nests(&self) -> bool {
+        self.prepared.nests
+    }
+
+    fn boundary_medium(&self, primitive: u32) -> Option<u32> {
+        let material = self.material(primitive);
+        let bounds = material.flags & MATERIAL_TRANSMITS != 0 && material.flags & MATERIAL_THIN == 0;
+        (bounds && material.interior != NONE).then_some(material.interior)
     }
 
     fn tree(&self) -> &Tree {
@@ -267,7 +293,7 @@ impl World for Replay {
         self.alpha(material, &self.point(ray, hit))
     }
 
-    fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+    fn surface(&self, ray: &Ray, hit: &Hit, outside: f64) -> Surface {
         let p = &self.prepared;
         let material = self.material(hit.primitive);
         let point = self.point(ray, hit);
@@ -332,6 +358,9 @@ impl World for Replay {
             for (slot, input) in inputs.iter_mut().zip(MODELS[model].inputs) {
                 let v = next();
                 *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
+                if is_index(input.name) {
+                    *slot /= outside;
+                }
             }
             let params = Params::from_inputs(model, &inputs[..MODELS[model].inputs.len()]);
             (params, if is_mixture { next()[0] } else { 1.0 })
@@ -367,8 +396,9 @@ impl World for Replay {
         }
     }
 
-    fn absorption(&self, medium: u32) -> DVec3 {
-        vec(self.prepared.media[medium as usize].absorption)
+    fn medium(&self, medium: u32) -> Medium {
+        let record = &self.prepared.media[medium as usize];
+        Medium { absorption: vec(record.absorption), index: record.eta.into(), priority: self.ranks[medium as usize] }
     }
 
     fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64)) {

@@ -140,7 +140,7 @@ pub const MATERIAL: Section = section!("[[material]]", "A surface. Its other key
     "alpha_cutoff": "number" = "none"; "with it the surface is there exactly where alpha >= cutoff",
     "normal_map": "{ texture = \"name\", strength = 1, ... }" = "none"; "tangent-space normals, x and y times strength",
     "absorption": "number or [r, g, b], 1/m" = "none"; "of the medium behind a refracting surface (Beer-Lambert)",
-    "priority": "integer" = "0"; "nested dielectrics: the higher wins",
+    "priority": "integer" = "0"; "where bodies that refract overlap, the higher fills the space; of equals the one entered last",
 );
 
 pub const VALUE: Section = section!("value", "An input is a number, a colour `[r, g, b]` or `[r, g, b, a]` (linear), or a table of these keys.",

@@ -1,0 +1,195 @@
+// Edges of a path through media, and which boundaries of media are there. See src/integrator/media.rs.
+//
+// One medium: a path is in it or not. MEDIA_STACK, where dielectrics overlap (Schmidt, Budge 2002, "Simple nested dielectrics in
+// ray traced images"): a path keeps up to four media that it has entered, the newest last; the one of the highest priority fills
+// the space. A boundary that does not change which medium that is is not there, and what is there refracts between the two
+// media that do fill the space. An entry is the priority's rank << 16 | row of `media` + 1; 0 is none.
+
+#if MEDIA_STACK
+// Surfaces nearer to each other than this, relative to where they are, touch: f32 cannot order their hits (32 roundings).
+const float TOUCHING = 1.9073486328125e-6;
+
+// The medium that fills the space: of the highest rank, of equals the newest.
+uint media_current(uvec4 m) {
+    uint r = m.x;
+    r = m.y != 0u && (m.y >> 16) >= (r >> 16) ? m.y : r;
+    r = m.z != 0u && (m.z >> 16) >= (r >> 16) ? m.z : r;
+    r = m.w != 0u && (m.w >> 16) >= (r >> 16) ? m.w : r;
+    return r;
+}
+
+// A fifth medium is not remembered.
+uvec4 media_enter(uvec4 m, uint entry) {
+    uvec4 r = m;
+    r.x = m.x == 0u ? entry : m.x;
+    r.y = m.x != 0u && m.y == 0u ? entry : m.y;
+    r.z = m.y != 0u && m.z == 0u ? entry : m.z;
+    r.w = m.z != 0u && m.w == 0u ? entry : m.w;
+    return r;
+}
+
+// Without the newest of these entries, or without the medium that fills the space where there is none of them.
+uvec4 media_leave(uvec4 m, uint entry) {
+    uint gone = any(equal(m, uvec4(entry))) ? entry : media_current(m);
+    bool at_w = m.w == gone;
+    bool at_z = !at_w && m.z == gone;
+    bool at_y = !at_w && !at_z && m.y == gone;
+    bool at_x = !at_w && !at_z && !at_y && m.x == gone;
+    // Those after it move down.
+    bool from_y = at_x || at_y;
+    bool from_z = from_y || at_z;
+    return uvec4(at_x ? m.y : m.x, from_y ? m.z : m.y, from_z ? m.w : m.z, from_z || at_w ? 0u : m.w);
+}
+
+uint medium_row(uint entry) {
+    return entry == 0u ? NONE : (entry & 0xffffu) - 1u;
+}
+
+float medium_eta(uint entry) {
+    return entry == 0u ? 1.0 : MediumRecord_load_media(medium_row(entry)).eta;
+}
+
+// What entering this material adds to a path's media; 0 for what bounds no medium.
+uint medium_entry(MaterialRecord material) {
+    bool bounds = (material.flags & MATERIAL_TRANSMITS) != 0u && (material.flags & MATERIAL_THIN) == 0u;
+    return bounds && material.interior != NONE ? (material.priority << 16) | (material.interior + 1u) : 0u;
+}
+
+// Where an edge ends, and between which media.
+struct EdgeEnd {
+    Hit hit;
+    uvec4 medium;      // on the edge's last stretch
+    uvec4 beyond;      // behind the surface
+    float outside;     // index of refraction on the surface's front side, or where the path is if it bounds nothing
+    float touching;    // surfaces up to this far away were taken as one, m
+    Spectrum through;  // transmittance of the edge
+};
+
+// The first surface along the ray that is there: present by its alpha, and changing the medium if it bounds one. `excluded` is passed.
+EdgeEnd trace_media(Ray ray, uvec4 medium, uint excluded, uint path_hash, uint vertex, uint ray_kind, inout Tally tally) {
+    EdgeEnd e;
+    e.medium = medium;
+    e.beyond = medium;
+    e.outside = 1.0;
+    e.touching = 0.0;
+    e.through = Spectrum(1.0);
+    // Boundaries that touch gather at a place: crossed together, they are one change of medium.
+    bool is_open = false;
+    float place = 0.0;
+    float reach = 0.0;
+    uint place_entry = 0u;
+    bool is_entered = false;
+    float absorbed = 0.0;
+    uint layer = 0u;
+    Hit next = trace_closest_from(ray, 0.0, NONE);
+    e.hit = next;
+    bool is_searching = true;
+    while (is_searching) {
+        bool is_hit = next.kind != NO_HIT;
+        bool is_there = is_hit && next.primitive != excluded;
+#if HAS_ALPHA
+        is_there = is_there && alpha_is_present(next, ray, path_hash, vertex, ray_kind);
+#endif
+        Surface surface = surface_load(next, ray);
+        MaterialRecord material = MaterialRecord_load_materials(surface.material);
+        uint entry = is_there ? medium_entry(material) : 0u;
+        bool stops = !is_hit || is_there;
+        bool joins = is_open && entry != 0u && next.t - place <= reach;
+        bool closes = is_open && stops && !joins;
+        bool is_change = media_current(e.medium) != media_current(e.beyond);
+        bool is_end = closes ? is_change : stops && entry == 0u;
+        // Absorption up to the place just closed, or to the end.
+        float until = closes ? place : min(next.t, ray.t_max);
+        Spectrum stretch = medium_transmittance(medium_row(media_current(e.medium)), until - absorbed);
+        e.through *= closes || is_end ? stretch : Spectrum(1.0);
+        absorbed = closes ? place : absorbed;
+        is_open = is_open && !closes;
+        if (closes) {
+            // A boundary that is there, or a hidden one; after that, what comes next is looked at again.
+            e.outside = medium_eta(media_current(is_entered ? e.medium : e.beyond));
+            e.medium = is_change ? e.medium : e.beyond;
+        } else if (is_end) {
+            // A surface that bounds nothing, or none.
+            e.hit = next;
+            e.beyond = e.medium;
+            e.touching = 0.0;
+            e.outside = medium_eta(media_current(e.medium));
+        } else {
+            if (entry != 0u) {
+                bool is_front = dot(surface.ng, ray.d) < 0.0;
+                bool opens = !is_open;
+                e.beyond = opens ? e.medium : e.beyond;
+                // An open surface met from behind: the path has been inside all along.
+                e.medium = opens && !is_front && e.medium.x == 0u ? media_enter(e.medium, entry) : e.medium;
+                tally.media_overflow += is_front && e.beyond.w != 0u ? 1u : 0u;
+                e.beyond = is_front ? media_enter(e.beyond, entry) : media_leave(e.beyond, entry);
+                // The place's surface is that of the highest rank.
+                bool is_chosen = opens || (entry >> 16) > (place_entry >> 16);
+                if (is_chosen) {
+                    e.hit = next;
+                    place_entry = entry;
+                    is_entered = is_front;
+                }
+                float grazing = max(abs(dot(surface.ng, ray.d)), 0.02);
+                reach = opens ? TOUCHING * (max_component(abs(surface.p)) + next.t) / grazing : reach;
+                e.touching = opens ? 0.0 : 2.0 * reach;
+                place = opens ? next.t : place;
+                is_open = true;
+            }
+            bool is_far = layer == ALPHA_LAYERS;
+            tally.alpha_overflow += is_far ? 1u : 0u;
+            layer += 1u;
+            is_searching = !is_far;
+            next = trace_closest_from(ray, next.t, next.primitive);
+        }
+        is_searching = is_searching && !is_end;
+    }
+    return e;
+}
+#endif
+
+// The edge that the path is about to make; what is absorbed on it has left the throughput.
+Hit trace_edge(inout PathState s, inout Tally tally) {
+#if MEDIA_STACK
+    EdgeEnd e = trace_media(s.ray, s.medium, NONE, s.hash, s.edge, RAY_CLOSEST, tally);
+    s.throughput *= e.through;
+    s.medium = e.medium;
+    s.beyond = e.beyond;
+    s.outside = e.outside;
+    s.touching = e.touching;
+    return e.hit;
+#else
+    Hit hit = trace_path(s.ray, s.hash, s.edge, tally);
+#if HAS_MEDIA
+    s.throughput *= medium_transmittance(s.medium, hit.t);
+#endif
+    return hit;
+#endif
+}
+
+#if HAS_MEDIA && NEXT_EVENT
+// Light reaches the start of `ray`, which lies in `inside`; `light` loses what is absorbed.
+bool light_arrives(PathState s, Ray ray, uint excluded, Inside inside, inout Spectrum light, inout Tally tally) {
+#if MEDIA_STACK
+    EdgeEnd e = trace_media(ray, inside, excluded, s.hash, s.edge, RAY_SHADOW, tally);
+    light *= e.through;
+    return e.hit.kind == NO_HIT;
+#else
+    light *= medium_transmittance(inside, ray.t_max);
+    return is_visible(ray, excluded, s.hash, s.edge, tally);
+#endif
+}
+#endif
+
+#if HAS_MEDIA
+// The medium behind the surface towards `w`; a thin wall changes nothing.
+Inside medium_beyond(PathState s, Surface surface, MaterialRecord material, vec3 w) {
+#if MEDIA_STACK
+    return s.beyond;
+#else
+    // Its interior on the way in, none on the way out.
+    uint beyond = dot(w, surface.ng) < 0.0 ? material.interior : NONE;
+    return (material.flags & MATERIAL_THIN) != 0u ? s.medium : beyond;
+#endif
+}
+#endif
