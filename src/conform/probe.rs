@@ -335,6 +335,8 @@ impl Probe {
             }
             let scale = if self.is_vector { largest } else { want.abs() };
             let floor = (FLUSHED + self.absolute) / EPS;
+            // Conditioning is asked for only where the bound without it does not do: of a million inputs the worst then lies just
+            // below 1 wherever conditioning matters, which says nothing of how close the function is to failing.
             let mut error = (got - want).abs() / (EPS * (self.k * scale + floor));
             if error > 1.0 {
                 let c = conditioning.get_or_insert_with(|| conditioning_of(reference, x, y.len()));
