@@ -6,6 +6,8 @@ use glam::DVec3;
 
 use super::{Bsdf, BsdfSample, Params, SAMPLE_DELTA, is_chosen};
 
+// One is what nearly every hit has: a box would cost an allocation a vertex.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug)]
 pub enum Mixture {
     One(Params),

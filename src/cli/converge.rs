@@ -167,7 +167,9 @@ fn own_reference(
 ) -> anyhow::Result<Reference> {
     let max_depth = args.max_depth.or(scene.film.max_depth).unwrap_or(Settings::default().max_depth);
     let integrator = first.settings.integrator;
-    let settings = Settings { sampler: SamplerKind::Independent, integrator, max_depth, ..Settings::default() };
+    // The file holds how well it is known.
+    let aovs = Aovs::NONE.with("variance").with("samples");
+    let settings = Settings { sampler: SamplerKind::Independent, integrator, max_depth, aovs, ..Settings::default() };
     let variant = Variant { name: "reference".into(), settings, everything: false, device: first.device.clone() };
     let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
     let mut source = open(&variant, reference::SEED)?;
@@ -175,7 +177,7 @@ fn own_reference(
         Some(spp) => steradian::render::blocks_for(spp),
         None => {
             // A pilot: one block with the driver's compilation in it, then half a second of blocks.
-            let mut film = Film::new(scene.film.width, scene.film.height, Aovs::NONE, 0);
+            let mut film = Film::new(scene.film.width, scene.film.height, source.aovs(), 0);
             source.render_blocks(0..1, &mut film, &|| false)?;
             let begun = std::time::Instant::now();
             let mut done = 0u64;

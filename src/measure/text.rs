@@ -42,13 +42,15 @@ fn with_interval(value: f64, half_width: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
 
     #[test]
     fn values_end_where_their_interval_does() {
         for (value, half_width, text) in [
-            (3.14159265, 0.000123, "3.14159 ± 0.00012"),
-            (3.14159265, 0.000996, "3.1416 ± 0.0010"),
+            (PI, 0.000123, "3.14159 ± 0.00012"),
+            (PI, 0.000996, "3.1416 ± 0.0010"),
             (63.66198, 1.2, "63.7 ± 1.2"),
             (12345.678, 321.0, "12346 ± 321"),
             (0.0, 0.0, "0 ± 0"),

@@ -221,7 +221,9 @@ mod tests {
     use super::*;
 
     fn checker(width: usize, height: usize, a: f32, b: f32) -> Vec<[f32; 3]> {
-        (0..width * height).map(|i| if (i % width + i / width) / 8 % 2 == 0 { [a; 3] } else { [b, a, b] }).collect()
+        (0..width * height)
+            .map(|i| if ((i % width + i / width) / 8).is_multiple_of(2) { [a; 3] } else { [b, a, b] })
+            .collect()
     }
 
     #[test]

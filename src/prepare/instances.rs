@@ -309,7 +309,7 @@ mod tests {
     #[test]
     fn numbers_begin_again_behind_what_is_flat() {
         let mut g = Geometry::default();
-        g.mesh_faces = vec![3..1_000_000_003];
+        g.mesh_faces.push(3..1_000_000_003);
         g.placed = vec![Placed::new(0, &DAffine3::IDENTITY, 0, 0); 7];
         g.faces = vec![FaceRecord::default(); 3];
         let mut notes = Vec::new();

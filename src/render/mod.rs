@@ -123,6 +123,8 @@ pub fn render_window(
     let mut next_estimate_s = 0.0;
     let mut error: Option<FilmError> = None;
     let (mut done, mut rays) = (0u64, 0u64);
+    // Blocks that the latest estimate was made from.
+    let mut estimated_at = 0;
     let stopped_by = loop {
         if interrupted() {
             break StoppedBy::Interrupt;
@@ -143,16 +145,17 @@ pub fn render_window(
             break StoppedBy::Error;
         }
         let count = pace.pass_blocks(begun.elapsed().as_secs_f64()).min(left).min(affordable);
-        let count = count.min(blocks_to_error(stops, error, done));
+        let count = count.min(blocks_to_error(stops, error, estimated_at, done));
         let pass_begun = Instant::now();
         rays += source.render_blocks(done..done + count, &mut film, interrupted)?.rays;
         pace.learn(count, pass_begun.elapsed().as_secs_f64());
         // A source that was stopped may have left out blocks; the film knows what there is.
         done = film.min_block_count() as u64;
         let trace_s = begun.elapsed().as_secs_f64();
-        let is_near = blocks_to_error(stops, error, done) <= count;
+        let is_near = blocks_to_error(stops, error, estimated_at, done) <= count;
         if trace_s >= next_estimate_s || is_near {
             error = estimate::from_film(&film).or(error);
+            estimated_at = done;
             next_estimate_s = trace_s * ESTIMATE_GROWTH;
         }
         observe(&Progress {
@@ -170,9 +173,12 @@ pub fn render_window(
 }
 
 /// Blocks after which the error should be the wanted one, falling as one over the samples; at least 1. No limit when none is wanted.
-fn blocks_to_error(stops: &Stops, error: Option<FilmError>, done: u64) -> u64 {
+fn blocks_to_error(stops: &Stops, error: Option<FilmError>, estimated_at: u64, done: u64) -> u64 {
     match (stops.error, error) {
-        (Some(wanted), Some(e)) => (done as f64 * (e.relmse_exposure.high / wanted - 1.0)).ceil().max(1.0) as u64,
+        (Some(wanted), Some(e)) => {
+            let needed = (estimated_at as f64 * e.relmse_exposure.high / wanted).ceil() as u64;
+            needed.saturating_sub(done).max(1)
+        }
         (Some(_), None) => ERROR_MIN_BLOCKS,
         (None, _) => u64::MAX,
     }

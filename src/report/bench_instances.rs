@@ -18,7 +18,7 @@ use crate::bvh::{Node4, Primitives};
 use crate::error::Error;
 use crate::gpu::Device;
 use crate::integrator::{Instancing, Settings};
-use crate::prepare::records::{InstanceRecord, TriangleRecord};
+use crate::prepare::records::TriangleRecord;
 use crate::prepare::{self, Prepared};
 use crate::reference::known::{camera, lambert};
 use crate::scene::{Instance, Mesh, Scene, Shape};
@@ -77,9 +77,9 @@ fn bench(
     let g = placed.geometry();
     let primary: Vec<Ray> = (0..SIDE * SIDE).map(camera_ray).collect();
     let bounced = bounced(&g, &primary);
-    let on_placed = Tracer::new(device, &g).map_err(|e| failed(e.into()))?;
+    let on_placed = Tracer::new(device, &g).map_err(failed)?;
     let flat_geometry = flat.map(Prepared::geometry);
-    let on_flat = flat_geometry.map(|g| Tracer::new(device, &g)).transpose().map_err(|e| failed(e.into()))?;
+    let on_flat = flat_geometry.map(|g| Tracer::new(device, &g)).transpose().map_err(failed)?;
     let build_s = build_time(placed);
     let placements = placed.instances.len() - 1;
     let triangles = placed.instances[1..].iter().map(|m| placed.mesh_triangles(m).len() as u64).sum::<u64>();
@@ -127,9 +127,7 @@ fn bench(
 }
 
 fn bytes(g: &Geometry) -> usize {
-    size_of::<Node4>() * g.bvh.nodes.len()
-        + size_of::<TriangleRecord>() * g.triangles.len()
-        + size_of::<InstanceRecord>() * g.instances.len()
+    size_of::<Node4>() * g.bvh.nodes.len() + size_of_val(g.triangles) + size_of_val(g.instances)
 }
 
 /// Median of three builds from the records' own matrices and triangles.

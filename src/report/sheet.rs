@@ -68,7 +68,7 @@ mod tests {
         let (width, height, bytes) = lay_out(&[cell(0.0), cell(1.0), cell(0.0)], 2);
         assert_eq!((width, height, bytes.len()), (30, 24, 30 * 24 * 3));
         let at = |x: usize, y: usize| bytes[(y * 30 + x) * 3];
-        assert_eq!((at(0, 0), at(13, 10), at(27, 10), at(13, 22), at(27, 22)), (24, 0, 255, 0, 24));
+        assert_eq!((at(0, 0), at(13, 10), at(27, 10), at(13, 21), at(27, 21)), (24, 0, 255, 0, 24));
         // The middle dot of the 1 in the first cell.
         assert_eq!(at(2 + 1 + 1, 2 + 1 + 2), 255);
     }

@@ -11,6 +11,8 @@ use glam::DVec3;
 const COLUMNS: usize = 176;
 const ROWS: usize = 200;
 const HEIGHT: f64 = 1.6;
+/// Least radius, 1 mm: the crown stays open by it, so that neighbours on its last ring are still apart after rounding.
+const CROWN: f64 = 0.001;
 
 /// (height, radius) of the figure without flutes, from the foot to the crown; between them by a smooth step.
 const PROFILE: [(f64, f64); 12] = [
@@ -45,7 +47,7 @@ fn surface(angle: f64, y: f64) -> DVec3 {
     // No flutes on the plinth and the crown.
     let body = smooth_step(0.12, 0.3, y) * (1.0 - smooth_step(1.15, 1.3, y));
     let fluted = 0.10 * (7.0 * angle + 5.0 * y).cos() + 0.04 * (16.0 * angle - 9.0 * y).cos() + 0.03 * (23.0 * y).sin();
-    let r = radius(y.clamp(0.0, HEIGHT)) * (1.0 + body * fluted);
+    let r = radius(y.clamp(0.0, HEIGHT)).max(CROWN) * (1.0 + body * fluted);
     // A slow turn and a lean, which straighten out towards the plinth.
     let turned = angle + 1.3 * smooth_step(0.2, 1.4, y);
     let lean = 0.05 * smooth_step(0.2, 1.0, y) * (2.2 * y).sin();
@@ -64,13 +66,12 @@ pub fn ply() -> Vec<u8> {
     .into_bytes();
     let fixed = |v: f64| ((v * 65536.0).round() / 65536.0) as f32;
     for row in 0..=ROWS {
-        // The crown's last ring stays open by 0.1 mm, so that its triangles keep an area.
-        let y = HEIGHT * (row as f64 / ROWS as f64).min(0.99999);
+        let y = HEIGHT * row as f64 / ROWS as f64;
         for column in 0..COLUMNS {
             let angle = TAU * column as f64 / COLUMNS as f64;
             let step = 1e-4;
             let around = surface(angle + step, y) - surface(angle - step, y);
-            let (low, high) = ((y - step).max(0.0), (y + step).min(HEIGHT * 0.99999));
+            let (low, high) = ((y - step).max(0.0), (y + step).min(HEIGHT));
             let along = surface(angle, high) - surface(angle, low);
             let normal = around.cross(along).normalize_or(DVec3::Y);
             for x in surface(angle, y).to_array().into_iter().chain(normal.to_array()) {

@@ -130,7 +130,7 @@ fn words(image: &Image, is_srgb: bool, t: &[f32; 4]) -> Vec<u32> {
 /// Linear RGBA of a footprint of `area` in the unit square of (u, v); not above a texel's, and NaN: level 0.
 pub fn lookup_footprint(t: &TextureRecord, texels: &[[u32; 4]], uv: DVec2, area: f64) -> DVec4 {
     let texel_count = area * f64::from(t.width) * f64::from(t.height);
-    let is_small = !(texel_count > 1.0);
+    let is_small = texel_count.is_nan() || texel_count <= 1.0;
     let is_nearest = t.flags & if is_small { TEXTURE_NEAREST } else { TEXTURE_MIN_NEAREST } != 0;
     if t.flags & TEXTURE_MIPS == 0 || is_small {
         return lookup_by(t, texels, uv, is_nearest);

@@ -50,7 +50,7 @@ fn judge(x: &[f32], y: &[f32]) -> f64 {
     let place = ratio((distance * wi - expected.distance * expected.wi).length(), moved);
     let flatness = to_center.length() * n.length() / to_center.dot(n).abs();
     // In the plane to rounding: any density is right, since no light arrives there.
-    if !(flatness * EPS < 0.01) {
+    if flatness.is_nan() || flatness * EPS >= 0.01 {
         return length.max(place);
     }
     // With the device's own distance, so that the place is not judged twice.

@@ -122,7 +122,7 @@ fn random_discs(count: usize, size: f32, scale: f32, offset: f32) -> Discs {
     let mut random = Random(count as u64 + 13);
     let mut disc = |i: usize| {
         let axes = [Vec3::X, Vec3::NEG_Y, Vec3::Z];
-        let normal = if i % 2 == 0 { random.direction() } else { axes[random.below(3)] };
+        let normal = if i.is_multiple_of(2) { random.direction() } else { axes[random.below(3)] };
         let center = (random.cube() * scale + Vec3::splat(offset)).to_array();
         Disc { center, normal: normal.to_array(), radius: (0.1 + random.unit()) * size * scale }
     };

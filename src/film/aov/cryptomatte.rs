@@ -69,7 +69,7 @@ pub(super) fn channels<'a>(
         let ids = ids.clone();
         let value = move |pixel: usize| {
             let list = ranked(film, index, pixel, &ids);
-            list.get(k / 2).map_or(0.0, |&(id, coverage)| if k % 2 == 0 { id } else { coverage })
+            list.get(k / 2).map_or(0.0, |&(id, coverage)| if k.is_multiple_of(2) { id } else { coverage })
         };
         let name = format!("{typename}{:02}.{}", k / 4, ["r", "g", "b", "a"][k % 4]);
         super::Channel { name, unit: "1", value: Box::new(value) }

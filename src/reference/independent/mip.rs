@@ -134,7 +134,7 @@ impl Independent<'_> {
         let is_mipmapped = self.scene.texture_filter == TextureFilter::Mipmap;
         let count = area * f64::from(image.width) * f64::from(image.height);
         let pyramid = &self.pyramids[number];
-        if !is_mipmapped || !(count > 1.0) {
+        if !is_mipmapped || count.is_nan() || count <= 1.0 {
             return at_point(image.width, image.height, *wrap, *filter, uv, |x, y| texel(image, *encoding, x, y));
         }
         if pyramid.is_empty() {

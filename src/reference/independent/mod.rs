@@ -367,7 +367,7 @@ impl World for Independent<'_> {
             normal: point.normal,
             uv: point.uvs[0],
             object: instance as u32,
-            material: self.scene.instances[instance as usize].material as u32,
+            material: self.scene.instances[instance].material as u32,
             tangent: point.tangent,
             normal_map,
             params,

@@ -66,7 +66,10 @@ impl<'a> Builder<'a> {
             (None, Some(item)) => {
                 let weights = table.list_of("weights", item)?;
                 let sum: f64 = weights.iter().sum();
-                if weights.len() != count || weights.iter().any(|w| !(*w >= 0.0)) || !(sum > 0.0 && sum.is_finite()) {
+                if weights.len() != count
+                    || weights.iter().any(|w| w.is_nan() || *w < 0.0)
+                    || !(sum > 0.0 && sum.is_finite())
+                {
                     return Err(table.error("weights", "must be one number >= 0 a material, not all of them 0"));
                 }
                 Ok(weights.iter().map(|w| Value::scalar(w / sum)).collect())
