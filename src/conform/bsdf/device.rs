@@ -106,7 +106,7 @@ fn probes_of(row: &'static Row) -> [Probe; 2] {
             let generate = move |r: &mut Inputs| inputs(r, row, index, true);
             Probe::judged(name, text, 9, generate, move |x, y| judge_sample(index, k_sample, x, y))
         })
-        .because(&why(k_sample, "; 4 eps / |wi.z| besides; either side of a choice within 2^-16")),
+        .because(&why(k_sample, "; 4 eps / |wi.z| besides (8 where refracted); either side of a choice within 2^-16")),
     ]
 }
 
@@ -277,8 +277,10 @@ fn fit_of_sample(index: usize, k: f64, x: &[f64; WORDS], choice: u32, y: &[f32])
         return f64::INFINITY;
     }
     // The direction is one vector; weight and pdf each have their own scale. A direction's z is known to eps, so what is
-    // proportional to it is known to eps / z.
-    let grazing = 4.0 * EPS / wanted[2].abs().max(EPS);
+    // proportional to it is known to eps / z. Refraction's z is (h.z c - o.z) / eta - h.z cos_t, two numbers near 1 that cancel:
+    // a rounding each for both products, the quotient and the difference, and three and more behind each of c and cos_t.
+    let is_refracted = wanted[8] as u32 & SAMPLE_TRANSMISSION != 0;
+    let grazing = if is_refracted { 8.0 } else { 4.0 } * EPS / wanted[2].abs().max(EPS);
     let over = |m: usize, moved: f64| {
         let scale = if m < 3 { 1.0 } else { wanted[m].abs() };
         (f64::from(y[m]) - wanted[m]).abs() / (k * EPS * (scale + moved) + grazing * scale + FLOOR)
