@@ -18,7 +18,7 @@ const BAND_BYTES: u64 = 256 << 20;
 pub fn rows(
     is_asked: bool,
     limit: Option<u64>,
-    time_s: Option<f64>,
+    other_stop: Option<f64>,
     outputs: &[PathBuf],
     subject: &Subject,
     source: &dyn SampleSource,
@@ -33,8 +33,8 @@ pub fn rows(
         return Ok(None);
     }
     anyhow::ensure!(
-        time_s.is_none(),
-        "a film in bands takes all samples of a band before the next one: give --spp instead of --time"
+        other_stop.is_none(),
+        "a film in bands takes all samples of a band before the next one: give --spp instead of --time or --error"
     );
     let lines = Bands::bytes(outputs, subject) as u64;
     let taken = in_use + WORKING_BYTES + lines;

@@ -73,6 +73,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     if let Some(path) = &args.record {
         output::check(path)?;
     }
+    no_file_twice(args, &outputs)?;
     let interrupt = Interrupt::install_for_render()?;
     let mut seconds = Stages::default();
 
@@ -110,7 +111,15 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let whole = (scene.film.width, scene.film.height);
     let subject = output::bands::Subject { window, whole, aovs: source.aovs(), names: &names, look };
     let rows = if in_bands {
-        bands::rows(args.tiled, args.max_memory, args.time, &outputs, &subject, source.as_ref(), &mut notes)?
+        bands::rows(
+            args.tiled,
+            args.max_memory,
+            args.time.or(args.error),
+            &outputs,
+            &subject,
+            source.as_ref(),
+            &mut notes,
+        )?
     } else {
         None
     };
@@ -188,6 +197,26 @@ enum Pictures {
 fn names(scene: &Scene, origin: glam::DVec3) -> Names {
     let objects = scene.instances.iter().map(|i| i.name.clone()).collect();
     Names { objects, materials: scene.materials.iter().map(|m| m.name.clone()).collect(), origin }
+}
+
+/// Every file that is written is another one, and none is read: the last writer would win, or the scene be lost.
+fn no_file_twice(args: &Args, outputs: &[PathBuf]) -> anyhow::Result<()> {
+    let place = |path: &Path| {
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(".".as_ref());
+        folder.canonicalize().unwrap_or_else(|_| folder.to_owned()).join(path.file_name().unwrap_or_default())
+    };
+    let mut taken: Vec<PathBuf> =
+        [Some(args.scene.scene.as_path()), args.scene.env.as_deref()].into_iter().flatten().map(place).collect();
+    for path in outputs.iter().chain(&args.record) {
+        let at = place(path);
+        anyhow::ensure!(
+            !taken.contains(&at),
+            "{}: it is read or written already by this command; give another name",
+            path.display()
+        );
+        taken.push(at);
+    }
+    Ok(())
 }
 
 /// `helmet.png` for `models/helmet.gltf`, in the current folder.

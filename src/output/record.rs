@@ -40,7 +40,7 @@ pub struct Record {
     pub max_depth: u32,
     /// Samples a pixel; where a pass was interrupted, the fewest of any pixel.
     pub spp: u64,
-    /// What ended the render: "spp", "time" or "interrupt".
+    /// What ended the render: "spp", "time", "error" or "interrupt".
     pub stopped_by: String,
     /// From process start to the end of the render (in an EXR's header) or of the last file (elsewhere).
     pub wall_s: f64,

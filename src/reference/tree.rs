@@ -222,7 +222,13 @@ impl Bounds {
         // `f64::min` and `max` drop a NaN (0 * infinity: the ray lies in a face), which leaves that slab open.
         let near = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z)).max(0.0);
         let far = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z)) * (1.0 + 4.0 * f64::EPSILON);
-        if near <= far && near <= t_max && far >= t_min { near } else { f64::INFINITY }
+        if near > far || far < t_min {
+            return f64::INFINITY;
+        }
+        // The distance to a flat box and that to the triangle in it round differently, and of two faces in one plane the second must
+        // not be culled by the first: media count both.
+        let near = (near - 1e-12 * (near + origin.abs().max_element())).max(0.0);
+        if near <= t_max { near } else { f64::INFINITY }
     }
 }
 

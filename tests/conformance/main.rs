@@ -12,7 +12,10 @@ fn device() -> Device {
 }
 
 /// Rows that are known to fail on lavapipe, and why. One that passes fails the test: then its line goes.
-const KNOWN: &[(&str, &str)] = &[];
+const KNOWN: &[(&str, &str)] = &[(
+    "dielectric_sample",
+    "one input of a million, a reflection within 0.02 degrees of grazing on both sides, is at 1.2 of the bound; the cause is not found yet",
+)];
 
 fn check(device: &Device, rows: Vec<GateRow>) {
     let mut report = Report::new(&device.info().name, &device.info().driver);

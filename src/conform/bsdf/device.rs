@@ -106,7 +106,7 @@ fn probes_of(row: &'static Row) -> [Probe; 2] {
             let generate = move |r: &mut Inputs| inputs(r, row, index, true);
             Probe::judged(name, text, 9, generate, move |x, y| judge_sample(index, k_sample, x, y))
         })
-        .because(&why(k_sample, "; 4 eps / |wi.z| besides (8 where refracted); either side of a choice within 2^-16")),
+        .because(&why(k_sample, "; 4 eps / |wi.z| besides; either side of a choice within 2^-16")),
     ]
 }
 
@@ -277,10 +277,8 @@ fn fit_of_sample(index: usize, k: f64, x: &[f64; WORDS], choice: u32, y: &[f32])
         return f64::INFINITY;
     }
     // The direction is one vector; weight and pdf each have their own scale. A direction's z is known to eps, so what is
-    // proportional to it is known to eps / z. Refraction's z is (h.z c - o.z) / eta - h.z cos_t, two numbers near 1 that cancel:
-    // a rounding each for both products, the quotient and the difference, and three and more behind each of c and cos_t.
-    let is_refracted = wanted[8] as u32 & SAMPLE_TRANSMISSION != 0;
-    let grazing = if is_refracted { 8.0 } else { 4.0 } * EPS / wanted[2].abs().max(EPS);
+    // proportional to it is known to eps / z.
+    let grazing = 4.0 * EPS / wanted[2].abs().max(EPS);
     let over = |m: usize, moved: f64| {
         let scale = if m < 3 { 1.0 } else { wanted[m].abs() };
         (f64::from(y[m]) - wanted[m]).abs() / (k * EPS * (scale + moved) + grazing * scale + FLOOR)
@@ -295,6 +293,8 @@ fn fit_of_sample(index: usize, k: f64, x: &[f64; WORDS], choice: u32, y: &[f32])
 
 /// Samples of a case in the device's furnace.
 const FURNACE_SAMPLES: usize = 1 << 14;
+/// Bytes of a furnace row's inputs.
+const FURNACE_BYTES: usize = 96 << 20;
 
 /// Furnace on the device: mean weight over uniform random numbers against the quadrature of f64, within 3 sigma widened for
 /// the number of cases (Sidak); one row a model. `stride` takes every so many-th case.
@@ -307,8 +307,12 @@ pub fn furnace_rows(device: &Device, filter: &str, stride: usize) -> Vec<GateRow
 
 fn furnace_row(device: &Device, row: &'static Row, stride: usize) -> GateRow {
     let name = format!("{} furnace on the device", row.keyword);
-    let all: Vec<Case> = cases(row).into_iter().step_by(stride).collect();
-    let tries: Vec<(&Case, DVec3)> = all.iter().flat_map(|c| directions(c).into_iter().map(move |w| (c, w))).collect();
+    // As many cases as the inputs of one dispatch have room for: a device may bind no more than 128 MiB.
+    let every = cases(row);
+    let case_bytes = every.iter().map(|c| directions(c).len()).max().unwrap_or(1) * FURNACE_SAMPLES * WORDS * 4;
+    let room = (FURNACE_BYTES / case_bytes).max(1);
+    let all: Vec<&Case> = every.iter().step_by(stride.max(every.len().div_ceil(room))).collect();
+    let tries: Vec<(&Case, DVec3)> = all.iter().flat_map(|&c| directions(c).into_iter().map(move |w| (c, w))).collect();
     let [_, probe] = probes_of(row);
     let mut words = Vec::with_capacity(tries.len() * FURNACE_SAMPLES * WORDS);
     for (case, wo) in &tries {

@@ -366,11 +366,14 @@ impl World for Replay {
             (params, if is_mixture { next()[0] } else { 1.0 })
         };
         let params = if is_mixture {
-            let part = |(model, _): (usize, usize)| {
-                let (params, share) = params_of(model);
-                mixture::Part { share, params, is_one_sided: !MODELS[model].transmits }
+            let part = |lobe: (usize, usize)| {
+                let (params, share) = params_of(lobe.0);
+                (lobe, mixture::Part { share, params, is_one_sided: !MODELS[lobe.0].transmits })
             };
-            Mixture::Many(surfaces.into_iter().map(part).collect())
+            // The pattern fills the parts in the author's order; one is picked in the order of the kernel's slots.
+            let mut parts: Vec<_> = surfaces.into_iter().map(part).collect();
+            parts.sort_by_key(|p| p.0);
+            Mixture::Many(parts.into_iter().map(|p| p.1).collect())
         } else {
             Mixture::One(params_of(material.bsdf as usize).0)
         };
