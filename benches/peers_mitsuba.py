@@ -60,7 +60,7 @@ def build(mi, name):
         }
 
     def sky():
-        # Steradian's image centre is -z; Mitsuba's is turned. The pictures were compared by eye.
+        # Steradian's image centre is -z; Mitsuba's is turned. The turn is from its documentation; no picture has confirmed it yet.
         assets = os.environ.get("STERADIAN_ASSETS", os.path.join(ROOT, "../shared/assets"))
         path = os.path.join(assets, "hdri/chinese_garden_1k.hdr")
         return {"type": "envmap", "filename": path, "to_world": T().rotate([0, 1, 0], 180)}
