@@ -91,11 +91,11 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     };
     let mut rows: Vec<GateRow> =
         list.into_iter().filter(|(gate, name, _)| is_wanted(*gate, name, filter)).map(run).collect();
-    for file in missing {
+    for (file, fault) in missing {
         let name = format!("image {file}");
         if is_wanted(Gate::Images, &name, filter) {
-            let verdict = Verdict::Skip;
-            let (evidence, bound) = ("skipped: no assets".to_owned(), "STERADIAN_ASSETS".to_owned());
+            let verdict = if fault.is_some() { Verdict::Fail } else { Verdict::Skip };
+            let (evidence, bound) = (fault.unwrap_or("skipped: no assets".to_owned()), "STERADIAN_ASSETS".to_owned());
             rows.push(GateRow { gate: Gate::Images, name, verdict, evidence, bound });
         }
     }
@@ -103,14 +103,15 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     rows
 }
 
-/// The models that are there, framed and lit, and the names of the rest.
-fn some_models(size: u32) -> (Vec<Scene>, Vec<String>) {
+/// The models that are there, framed and lit; the names of the rest, each with why it does not load where its file is there.
+fn some_models(size: u32) -> (Vec<Scene>, Vec<(String, Option<String>)>) {
     let folder = models::folder();
     let (mut found, mut missing) = (Vec::new(), Vec::new());
     for file in MODELS {
         match models::framed(&folder.join(file), &folder, [size; 2]) {
             Ok(scene) => found.push(scene),
-            Err(_) => missing.push(file.to_owned()),
+            // A file that is there and does not load is a fault of the loader: its row fails and is not skipped.
+            Err(why) => missing.push((file.to_owned(), folder.join(file).exists().then(|| why.to_string()))),
         }
     }
     (found, missing)
