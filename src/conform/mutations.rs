@@ -1,7 +1,7 @@
 //! Gate 9: deliberate faults, each of which a named gate must catch. A gate that cannot fail is no gate.
 //!
 //! A fault is one replacement in the kernel's text or one change of the records. Its row passes when every check it names fails
-//! on it; the same checks pass on the sound kernel in gates 6 and 7. Some faults are unbiased and only a replay sees them; faults
+//! on it; the same checks pass on the sound kernel in gates 6 to 8. Some faults are unbiased and only a replay sees them; faults
 //! of the records are the same for device and replay, and only the independent oracle sees them: the table says which.
 
 use std::collections::HashMap;
@@ -14,6 +14,7 @@ use super::report::{Gate, GateRow, Verdict, is_wanted};
 use super::subject::{Fault, Subject};
 use crate::error::Error;
 use crate::film::Film;
+use crate::film::slot::BLOCK_SAMPLES;
 use crate::gpu::Device;
 use crate::integrator::{Estimator, Settings};
 use crate::prepare::Prepared;
@@ -37,8 +38,10 @@ enum Check {
     Aov(fn(u32) -> Scene),
     /// Gate 7 against a closed form.
     ClosedForm(fn() -> Known),
+    /// Gate 8 on a scene.
+    Specialised(fn(u32) -> Scene),
 }
-use Check::{Aov, ClosedForm, Image, Replay};
+use Check::{Aov, ClosedForm, Image, Replay, Specialised};
 
 struct Mutation {
     name: &'static str,
@@ -165,6 +168,20 @@ const MUTATIONS: &[Mutation] = &[
         name: "media do not absorb",
         fault: text("integrator/state.glsl", "return is_inside ? through : Spectrum(1.0);", "return Spectrum(1.0);"),
         caught_by: &[ClosedForm(known::absorbing_slab)],
+    },
+    Mutation {
+        name: "a path that is in no medium is dimmed where media are compiled in",
+        fault: text(
+            "integrator/state.glsl",
+            "return is_inside ? through : Spectrum(1.0);",
+            "return is_inside ? through : Spectrum(0.9);",
+        ),
+        caught_by: &[Specialised(scenes::cornell)],
+    },
+    Mutation {
+        name: "nothing is left out of the kernel of a scene that needs little",
+        fault: Fault::NothingLeftOut,
+        caught_by: &[Specialised(scenes::cornell)],
     },
     Mutation {
         name: "light scattered once counts as indirect",
@@ -360,6 +377,7 @@ fn run(subject: &Subject, check: &Check, oracle: &mut HashMap<String, Film>) -> 
         Aov(scene) => aov::replay(subject, &scene(SIZE)),
         Replay(scene) => replay::row(subject, &scene(SIZE), &Settings::default()),
         ClosedForm(known) => images::closed_form(subject, &known(), Estimator::Mis, SPP),
+        Specialised(scene) => images::specialised(subject, &scene(SIZE), BLOCK_SAMPLES),
         Image(scene) => {
             let scene = scene(SIZE);
             let film = oracle.entry(scene.name.clone()).or_insert_with(|| images::oracle(&scene, SPP));

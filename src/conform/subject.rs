@@ -7,7 +7,7 @@ use crate::film::slot::SlotRecord;
 use crate::film::source::SampleSource;
 use crate::film::{Film, Tile};
 use crate::gpu::Device;
-use crate::gpu::renderer::{KernelOptions, Renderer};
+use crate::gpu::renderer::{KernelOptions, KernelStats, Renderer};
 use crate::integrator::Settings;
 use crate::prepare::{self, Prepared};
 use crate::scene::Scene;
@@ -20,6 +20,8 @@ pub enum Fault {
     Text(Edit),
     /// In the records, after the oracle's copy was taken.
     Records(fn(&mut Prepared)),
+    /// In the features: nothing is left out of any kernel.
+    NothingLeftOut,
 }
 
 /// A device under test.
@@ -45,22 +47,33 @@ impl<'a> Subject<'a> {
         match self.fault {
             Some(Fault::Text(edit)) => edits.push(edit),
             Some(Fault::Records(change)) => change(faulty.insert(prepared.clone())),
-            None => {}
+            Some(Fault::NothingLeftOut) | None => {}
         }
         // A fault must not leave a kernel in the user's cache.
         let no_cache = self.fault.is_some();
-        let options = KernelOptions { everything: self.everything, no_cache, edits };
+        let everything = self.everything || matches!(self.fault, Some(Fault::NothingLeftOut));
+        let options = KernelOptions { everything, no_cache, edits };
         Renderer::new(self.device, faulty.as_ref().unwrap_or(prepared), settings, &options)
     }
 
     /// Renders `block_count` blocks.
     pub fn film(&self, scene: &Scene, settings: &Settings, block_count: u64) -> Result<Film, Error> {
+        Ok(self.film_and_kernel(scene, settings, block_count)?.0)
+    }
+
+    /// The same, and what is known of the kernel that rendered it.
+    pub fn film_and_kernel(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        block_count: u64,
+    ) -> Result<(Film, KernelStats), Error> {
         let prepared = prepared(scene, settings)?;
         let mut renderer = self.renderer(&prepared, settings)?;
         let (width, height) = renderer.resolution();
         let mut film = Film::new(width, height, renderer.aovs(), 0);
         renderer.render_blocks(0..block_count, &mut film, &|| false)?;
-        Ok(film)
+        Ok((film, renderer.stats))
     }
 
     /// The same, a film for each block.
