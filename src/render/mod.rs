@@ -116,9 +116,22 @@ pub fn render_window(
     interrupted: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, Error> {
+    render_by(&Instant::now, source, window, stops, interrupted, observe)
+}
+
+/// `render_window` by a clock, which tests set.
+fn render_by(
+    now: &dyn Fn() -> Instant,
+    source: &mut dyn SampleSource,
+    window: Tile,
+    stops: &Stops,
+    interrupted: &dyn Fn() -> bool,
+    observe: &mut dyn FnMut(&Progress),
+) -> Result<Outcome, Error> {
     Film::check_memory(window.width, window.height, source.aovs())?;
     let mut film = Film::over(window, source.aovs(), 0);
-    let begun = Instant::now();
+    let since = |then: Instant| now().duration_since(then).as_secs_f64();
+    let begun = now();
     let mut pace = Pace::default();
     let mut next_estimate_s = 0.0;
     let mut error: Option<FilmError> = None;
@@ -133,7 +146,7 @@ pub fn render_window(
         if left == 0 {
             break StoppedBy::Spp;
         }
-        let time_left_s = stops.time_s.map_or(f64::INFINITY, |t| t - stops.started.elapsed().as_secs_f64());
+        let time_left_s = stops.time_s.map_or(f64::INFINITY, |t| t - since(stops.started));
         let affordable = pace.affordable(time_left_s);
         if affordable == 0 {
             break StoppedBy::Time;
@@ -144,14 +157,14 @@ pub fn render_window(
         {
             break StoppedBy::Error;
         }
-        let count = pace.pass_blocks(begun.elapsed().as_secs_f64()).min(left).min(affordable);
+        let count = pace.pass_blocks(since(begun)).min(left).min(affordable);
         let count = count.min(blocks_to_error(stops, error, estimated_at, done));
-        let pass_begun = Instant::now();
+        let pass_begun = now();
         rays += source.render_blocks(done..done + count, &mut film, interrupted)?.rays;
-        pace.learn(count, pass_begun.elapsed().as_secs_f64());
+        pace.learn(count, since(pass_begun));
         // A source that was stopped may have left out blocks; the film knows what there is.
         done = film.min_block_count() as u64;
-        let trace_s = begun.elapsed().as_secs_f64();
+        let trace_s = since(begun);
         let is_near = blocks_to_error(stops, error, estimated_at, done) <= count;
         if trace_s >= next_estimate_s || is_near {
             error = estimate::from_film(&film).or(error);
@@ -161,13 +174,13 @@ pub fn render_window(
         observe(&Progress {
             blocks_done: done,
             blocks_wanted: stops.blocks,
-            elapsed_s: stops.started.elapsed().as_secs_f64(),
+            elapsed_s: since(stops.started),
             time_wanted_s: stops.time_s,
             error_wanted: stops.error,
             error,
         });
     };
-    let trace_s = begun.elapsed().as_secs_f64();
+    let trace_s = since(begun);
     let error = estimate::from_film(&film);
     Ok(Outcome { film, stopped_by, trace_s, rays, error })
 }

@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 use std::ops::Range;
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use super::*;
@@ -10,13 +11,36 @@ use crate::film::source::{DeviceInfo, PassStats};
 use crate::metric::error::compare_values as compare;
 use crate::prepare::records::NONE;
 
+/// Time that passes only where a test says so.
+struct Clock {
+    start: Instant,
+    elapsed: Cell<Duration>,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self { start: Instant::now(), elapsed: Cell::default() }
+    }
+}
+
+impl Clock {
+    fn advance(&self, seconds: f64) {
+        self.elapsed.set(self.elapsed.get() + Duration::from_secs_f64(seconds));
+    }
+
+    fn now(&self) -> Instant {
+        self.start + self.elapsed.get()
+    }
+}
+
 /// Every pixel has its own mean; samples are exponential (standard deviation = mean), summed in f64, stored as f32.
 /// The channels move together, as they do in a path tracer.
 struct Exponential {
     size: (u32, u32),
     seed: u64,
-    /// Sleep for each block.
+    /// What each block takes, on this clock.
     block_s: f64,
+    clock: Rc<Clock>,
     /// Rare bright samples: one in 500 is 200 times as bright, on top of a tenth of the mean.
     has_spikes: bool,
     calls: Vec<Range<u64>>,
@@ -24,7 +48,7 @@ struct Exponential {
 
 impl Exponential {
     fn new(size: (u32, u32), seed: u64) -> Self {
-        Self { size, seed, block_s: 0.0, has_spikes: false, calls: Vec::new() }
+        Self { size, seed, block_s: 0.0, clock: Rc::default(), has_spikes: false, calls: Vec::new() }
     }
     fn mean(pixel: usize) -> [f64; 3] {
         [0.2 + (pixel % 7) as f64 * 0.3, 1.0, 0.05 * (1 + pixel % 3) as f64]
@@ -56,7 +80,7 @@ impl SampleSource for Exponential {
             if stop() {
                 break;
             }
-            std::thread::sleep(Duration::from_secs_f64(self.block_s));
+            self.clock.advance(self.block_s);
             for pixel in 0..film.pixel_count() {
                 let mut sum = [0.0; 3];
                 for sample in block * 16..block * 16 + 16 {
@@ -97,18 +121,27 @@ fn spp_is_exact_in_blocks_and_passes_follow_each_other() {
 
 #[test]
 fn time_is_kept_without_overrun() {
-    let mut source = Exponential { block_s: 0.02, ..Exponential::new((2, 2), 1) };
-    let outcome = render(&mut source, &stops(None, Some(0.5)), &never, &mut |_| {}).unwrap();
-    assert_eq!(outcome.stopped_by, StoppedBy::Time);
-    // Two-core test machines stall now and then; a whole second late would be a fault of the loop.
-    assert!(outcome.trace_s > 0.2 && outcome.trace_s < 1.5, "{}", outcome.trace_s);
-    assert!(outcome.film.min_block_count() >= 2);
+    for (block_s, time_s) in [(0.02, 0.5), (0.02, 30.0), (1.0, 30.0)] {
+        let clock = Rc::new(Clock::default());
+        let mut source = Exponential { block_s, clock: clock.clone(), ..Exponential::new((2, 2), 1) };
+        let stops = Stops { started: clock.start, ..stops(None, Some(time_s)) };
+        let window = Tile::image(2, 2);
+        let outcome = render_by(&|| clock.now(), &mut source, window, &stops, &never, &mut |_| {}).unwrap();
+        assert_eq!(outcome.stopped_by, StoppedBy::Time);
+        let blocks = outcome.film.min_block_count() as f64;
+        assert!((outcome.trace_s - blocks * block_s).abs() < 1e-6, "{} s for {blocks} blocks", outcome.trace_s);
+        // Every block takes the same, so that the whole time is used and no block is begun that would end after it.
+        let left_s = time_s - outcome.trace_s;
+        assert!(left_s >= -1e-6 && left_s < block_s + 1e-6, "{block_s} s a block: {left_s} of {time_s} s are left");
+    }
+}
+
+/// Even where no time is left: a render without a sample is none.
+#[test]
+fn one_block_at_least_is_rendered_in_time() {
     let late = Stops { time_s: Some(0.0), ..stops(None, None) };
-    assert_eq!(
-        render(&mut source, &late, &never, &mut |_| {}).unwrap().film.min_block_count(),
-        1,
-        "one block at least"
-    );
+    let outcome = render(&mut Exponential::new((2, 2), 1), &late, &never, &mut |_| {}).unwrap();
+    assert_eq!((outcome.stopped_by, outcome.film.min_block_count()), (StoppedBy::Time, 1));
 }
 
 #[test]
