@@ -90,7 +90,7 @@ fn resolve_material(m: &Material, patterns: &mut Patterns, context: &Context, r:
         priority: r.ranks.get(&m.priority).copied().unwrap_or(0),
         ..MaterialRecord::default()
     };
-    if let Some(value) = m.emission.as_ref().filter(|v| !is_zero(v)) {
+    if let Some(value) = m.emission.as_ref().filter(|_| m.emits()) {
         (record.emission_pattern, record.emission_data) =
             patterns.add(Role::Emission, std::slice::from_ref(value), context);
         record.flags |= MATERIAL_EMITS | if m.emission_two_sided { MATERIAL_EMITS_TWO_SIDED } else { 0 };
@@ -115,12 +115,12 @@ fn resolve_material(m: &Material, patterns: &mut Patterns, context: &Context, r:
     if follows_tangent(m) {
         record.flags |= MATERIAL_TANGENT;
     }
-    if transmits(m) {
-        record.flags |= MATERIAL_TRANSMITS | if is_thin(m) { MATERIAL_THIN } else { 0 };
+    if m.transmits() {
+        record.flags |= MATERIAL_TRANSMITS | if m.is_thin() { MATERIAL_THIN } else { 0 };
     }
     let absorption = m.interior.map_or(DVec3::ZERO, |i| i.absorption);
     // Where dielectrics overlap every one of them counts, clear or not.
-    let has_inside = transmits(m) && !is_thin(m);
+    let has_inside = m.transmits() && !m.is_thin();
     if if r.nests { media::bounds_medium(m) } else { has_inside && absorption != DVec3::ZERO } {
         record.interior = r.media.len() as u32;
         let eta = if r.nests { media::index_of(m) as f32 } else { 1.0 };
@@ -129,47 +129,22 @@ fn resolve_material(m: &Material, patterns: &mut Patterns, context: &Context, r:
     record
 }
 
-/// Some surface of the material lets light through.
-pub fn transmits(m: &Material) -> bool {
-    m.surfaces().iter().any(lets_through)
-}
-
-pub fn lets_through(s: &Surface) -> bool {
-    bsdf::MODELS[s.bsdf].transmits_when(|input| s.input(input).is_some_and(|v| !is_zero(v)))
-}
-
-/// Light goes straight through, into the same medium.
-pub fn is_thin(m: &Material) -> bool {
-    let is_wall =
-        |s: &Surface| bsdf::MODELS[s.bsdf].keyword.starts_with("thin_") || s.input("thin").is_some_and(|v| !is_zero(v));
-    m.surfaces().iter().filter(|s| lets_through(s)).all(is_wall)
-}
-
 fn follows_tangent(m: &Material) -> bool {
     m.normal_map.is_some() || m.surfaces().iter().any(is_anisotropic)
 }
 
 fn is_anisotropic(s: &Surface) -> bool {
     s.input("roughness_y").is_some_and(|v| !matches!(v, Value::Constant([x, ..]) if *x < 0.0))
-        || s.input("anisotropy").is_some_and(|v| !is_zero(v))
+        || s.input("anisotropy").is_some_and(|v| !v.is_zero())
 }
 
 /// The surface may need the part of its model's text.
 fn asks_for(s: &Surface, when: bsdf::When) -> bool {
     match when {
-        bsdf::When::NotZero(inputs) => inputs.iter().all(|i| s.input(i).is_some_and(|v| !is_zero(v))),
+        bsdf::When::NotZero(inputs) => inputs.iter().all(|i| s.input(i).is_some_and(|v| !v.is_zero())),
         bsdf::When::NotDefault(names) => bsdf::MODELS[s.bsdf].inputs.iter().zip(s.inputs).any(|(input, value)| {
             names.contains(&input.name) && !matches!(value, Value::Constant(c) if c[..3] == input.default)
         }),
-    }
-}
-
-/// The value is 0 everywhere (textures are not looked into).
-pub fn is_zero(value: &Value) -> bool {
-    match value {
-        Value::Constant(c) => c[..3] == [0.0; 3],
-        Value::Multiply(a, b) => is_zero(a) || is_zero(b),
-        _ => false,
     }
 }
 

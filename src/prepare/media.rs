@@ -9,7 +9,6 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::Prepared;
-use super::materials::{is_thin, is_zero, lets_through, transmits};
 use super::records::*;
 use crate::bsdf::MODELS;
 use crate::scene::{Instance, Material, Scene, Shape, Surface, Value};
@@ -21,7 +20,7 @@ pub fn is_index(input: &str) -> bool {
 
 /// The material's surfaces part two media.
 pub fn bounds_medium(m: &Material) -> bool {
-    transmits(m) && !is_thin(m) && m.emission.as_ref().is_none_or(is_zero)
+    m.transmits() && !m.is_thin() && !m.emits()
 }
 
 /// Index of refraction behind the material's surfaces; a textured one is that of the model's default.
@@ -33,7 +32,7 @@ pub fn index_of(m: &Material) -> f64 {
             _ => Some(MODELS[s.bsdf].inputs[place].default[0]),
         }
     };
-    m.surfaces().iter().filter(|s| lets_through(s)).find_map(of).unwrap_or(1.0)
+    m.surfaces().iter().filter(|s| s.lets_through()).find_map(of).unwrap_or(1.0)
 }
 
 /// Rank of each priority among those that bound a medium.

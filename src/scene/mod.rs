@@ -6,17 +6,21 @@
 mod complete;
 mod error;
 pub mod format;
+mod material;
 mod sensor;
 
 pub use complete::{bounds, ensure_light, frame_camera, frame_camera_from};
 pub use error::Error;
 pub use format::{Choice, load, load_choice};
+pub use material::{
+    Alpha, Curve, Encoding, Filter, Material, Medium, Minify, Part, Surface, Texture, TextureFilter, Value, Wrap,
+};
 pub use sensor::{Place, Quantity, Sensor};
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{DAffine2, DAffine3, DVec3};
+use glam::{DAffine3, DVec3};
 
 use crate::film::Tile;
 use crate::film::exposure::Shutter;
@@ -162,185 +166,6 @@ pub enum Pixels {
     Rgba16(Arc<Vec<u16>>),
     /// Linear RGB, 3 floats a pixel.
     RgbF32(Arc<Vec<f32>>),
-}
-
-/// A texture node: what a `Value` can look up.
-#[derive(Clone, Debug)]
-pub enum Texture {
-    Image {
-        image: usize,
-        wrap: [Wrap; 2],
-        filter: Filter,
-        minify: Minify,
-        encoding: Encoding,
-    },
-    /// Squares of `a` and `b`, `scale` squares a unit of u and of v; `a` where floor(u s) + floor(v s) is even.
-    Checker {
-        a: [f64; 4],
-        b: [f64; 4],
-        scale: [f64; 2],
-    },
-    Constant([f64; 4]),
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Wrap {
-    Repeat,
-    Mirror,
-    Clamp,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Filter {
-    Nearest,
-    Linear,
-}
-
-/// How a texture wants to be read where several of its texels fall into a footprint; see `TextureFilter`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Minify {
-    /// Among the texels of a level.
-    pub filter: Filter,
-    /// Among the levels; None reads level 0 always.
-    pub levels: Option<Filter>,
-}
-
-impl Default for Minify {
-    /// Trilinear.
-    fn default() -> Self {
-        Self { filter: Filter::Linear, levels: Some(Filter::Linear) }
-    }
-}
-
-/// What a look-up of an image stands for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, clap::ValueEnum)]
-pub enum TextureFilter {
-    /// The picture at a point: pixels are averaged by their samples, without bias.
-    #[default]
-    Exact,
-    /// A mean over the ray's footprint where a texture's sampler asks for it: less noise and a bias (texture/mip.rs).
-    Mipmap,
-}
-
-/// How encoded colour channels (8 or 16 bits) become linear; alpha is always linear.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Encoding {
-    Srgb,
-    Linear,
-}
-
-/// A small expression that yields RGBA at a surface point. A scalar input reads its first channel.
-#[derive(Clone, Debug)]
-pub enum Value {
-    Constant([f64; 4]),
-    /// Tabulated against wavelength in nm (metals' eta and k); `prepare` resolves it to RGB or wavelengths.
-    Curve(Arc<Curve>),
-    /// `texture` looked up at `uv_transform * uv[uv_set]`.
-    Texture {
-        texture: usize,
-        uv_set: u8,
-        uv_transform: DAffine2,
-    },
-    /// The interpolated vertex colour; white where the mesh has none.
-    VertexColor,
-    Multiply(Box<Value>, Box<Value>),
-    /// Channel 0..=3 of the argument, in all four channels.
-    Channel(Box<Value>, u8),
-    /// The first channel of the argument, cut to [0, 1], in all four channels.
-    Share(Box<Value>),
-    /// 1 less that.
-    Rest(Box<Value>),
-}
-
-impl Value {
-    pub fn scalar(x: f64) -> Self {
-        Self::Constant([x; 4])
-    }
-    pub fn rgb(r: f64, g: f64, b: f64) -> Self {
-        Self::Constant([r, g, b, 1.0])
-    }
-}
-
-/// Samples of a quantity against wavelength, ascending.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
-    pub wavelength_nm: Vec<f64>,
-    pub value: Vec<f64>,
-}
-
-/// A surface: one BSDF model and what surrounds it.
-#[derive(Clone, Debug)]
-pub struct Material {
-    pub name: String,
-    /// Position in `bsdf::MODELS`.
-    pub bsdf: usize,
-    /// One value for each of the model's inputs, in its order.
-    pub inputs: Vec<Value>,
-    /// Emitted radiance, W/(m2 sr).
-    pub emission: Option<Value>,
-    /// Emits on both sides; otherwise on the front (counter-clockwise) side only.
-    pub emission_two_sided: bool,
-    pub alpha: Alpha,
-    /// Tangent-space normal as a texture in [0,1]^3, and the factor on its x and y.
-    pub normal_map: Option<(Value, f64)>,
-    /// The medium behind the surface, for models that transmit with refraction.
-    pub interior: Option<Medium>,
-    /// Where bodies that refract overlap, the higher fills the space; of equals the one entered last.
-    pub priority: u32,
-    /// The surfaces of a mixture, the first of which is `bsdf` with `inputs`; empty for a plain surface.
-    pub parts: Vec<Part>,
-}
-
-/// One surface of a mixture. Shares are in [0, 1] and add to 1.
-#[derive(Clone, Debug)]
-pub struct Part {
-    pub bsdf: usize,
-    pub inputs: Vec<Value>,
-    pub share: Value,
-}
-
-/// A model with its inputs.
-#[derive(Clone, Copy, Debug)]
-pub struct Surface<'a> {
-    pub bsdf: usize,
-    pub inputs: &'a [Value],
-}
-
-impl<'a> Surface<'a> {
-    pub fn input(&self, name: &str) -> Option<&'a Value> {
-        let place = crate::bsdf::MODELS[self.bsdf].inputs.iter().position(|i| i.name == name)?;
-        self.inputs.get(place)
-    }
-}
-
-impl Material {
-    /// Its surface, or those of the mixture.
-    pub fn surfaces(&self) -> Vec<Surface<'_>> {
-        if self.parts.is_empty() {
-            return vec![Surface { bsdf: self.bsdf, inputs: &self.inputs }];
-        }
-        self.parts.iter().map(|p| Surface { bsdf: p.bsdf, inputs: &p.inputs }).collect()
-    }
-}
-
-#[derive(Clone, Debug)]
-pub enum Alpha {
-    Opaque,
-    /// Present where the first channel of the value >= cutoff.
-    Mask {
-        value: Value,
-        cutoff: f64,
-    },
-    /// Present with this probability.
-    Blend {
-        value: Value,
-    },
-}
-
-/// Homogeneous absorbing medium: sigma_a in 1/m, linear RGB.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Medium {
-    pub absorption: DVec3,
 }
 
 /// Vertex arrays as stored, decoded to f32. Optional arrays have one entry a position.
