@@ -34,15 +34,16 @@ bool dielectric_is_delta(Dielectric b) {
 }
 
 #if DIELECTRIC_COMPENSATION
-// Deficits at a cosine, here and on the other side, seen from where the index beyond over that here is eta.
-vec2 dielectric_deficits(Dielectric b, float mu, float eta) {
-    vec2 d = dielectric_albedo_at(min(mu, 1.0), b.ggx.alpha.x, b.index);
+// Deficits at a direction, here and on the other side, seen from where the index beyond over that here is eta.
+vec2 dielectric_deficits(Dielectric b, vec3 w, float eta) {
+    float mu = min(abs(w.z), 1.0);
+    vec2 d = dielectric_albedo_at(mu, dot(w.xy, w.xy) / (1.0 + mu), b.ggx.alpha.x, b.index);
     return eta > 1.0 ? d : d.yx;
 }
 
 // Probability of multiple scattering: what is lost towards o.
 float dielectric_lost(Dielectric b, vec3 o, float eta) {
-    return b.is_compensated ? dielectric_deficits(b, o.z, eta).x : 0.0;
+    return b.is_compensated ? dielectric_deficits(b, o, eta).x : 0.0;
 }
 
 // (f |cos wi|, pdf given that the lobe is chosen) of multiple scattering, o above.
@@ -50,7 +51,7 @@ vec2 dielectric_multiple(Dielectric b, float lost_o, vec3 i, float eta) {
     vec2 average = eta > 1.0 ? b.average : b.average.yx;
     float t = eta > 1.0 ? b.transmitted.x : b.transmitted.y;
     float cos_i = abs(i.z);
-    vec2 lost_i = dielectric_deficits(b, cos_i, eta);
+    vec2 lost_i = dielectric_deficits(b, i, eta);
     float to_here = (1.0 - t) * lost_i.x / average.x;
     float to_there = t * lost_i.y / (average.y * eta * eta);
     return INV_PI * cos_i * (i.z > 0.0 ? vec2(lost_o * to_here, 1.0 - t) : vec2(lost_o * to_there, t));

@@ -14,13 +14,13 @@ float dielectric_albedo_index(float n) {
     return min(sqrt((n - 1.0) / (n + 1.0)) / DIELECTRIC_ALBEDO_INDEX_STEP, float(DIELECTRIC_ALBEDO_INDICES - 1u));
 }
 
-// Deficits at one cosine, on the side of the lower index and of the higher.
-vec2 dielectric_albedo_at(float mu, float alpha, float index) {
+// Deficits at one cosine, on the side of the lower index and of the higher. `rest`: 1 - mu, which a direction's x and y know better.
+vec2 dielectric_albedo_at(float mu, float rest, float alpha, float index) {
     float a = clamp(alpha, DIELECTRIC_ALBEDO_MIN_ROOT * DIELECTRIC_ALBEDO_MIN_ROOT, 1.0);
     const float cells = float(DIELECTRIC_ALBEDO_X - 1u);
     // From either end, as in bsdf/ggx_albedo.glsl: near x = 1 the deficit is a millionth of its neighbour.
     float x = min(mu * (1.0 + a) / (mu + a), 1.0) * (cells * cells);
-    float beyond = clamp(a * (1.0 - mu) / (mu + a), 0.0, 1.0) * (cells * cells);
+    float beyond = clamp(a * rest / (mu + a), 0.0, 1.0) * (cells * cells);
     float y = max((sqrt(a) - DIELECTRIC_ALBEDO_MIN_ROOT)
         * (float(DIELECTRIC_ALBEDO_ALPHA - 1u) / (1.0 - DIELECTRIC_ALBEDO_MIN_ROOT)), 0.0);
     uint i = min(uint(sqrt(x)), DIELECTRIC_ALBEDO_X - 2u);

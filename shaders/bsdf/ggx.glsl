@@ -61,7 +61,9 @@ vec2 ggx_refraction(Ggx g, vec3 o, vec3 i, vec3 h, float eta, float l) {
     return vec2(seen * zi / (o.z * ggx_stretch(g, i) + zi * so), seen / (o.z + so));
 }
 
-// Normal of a facet seen from o, zo > 0 (Dupuy and Benyoub 2023). z of the cap and 1 - z^2 as products: nothing cancels.
+// Normal of a facet seen from o, zo > 0 (Dupuy and Benyoub 2023): cap point c of azimuth phi plus w. z of the cap and 1 - z^2 are products. A
+// grazing facet is the small sum of nearly opposite c and w: along e = (cos phi, sin phi) it is r + w.e, and
+// r^2 - (w.e)^2 = z (2 wz - z) + (w x e)^2 has no difference of numbers near 1. Where z is large that would cancel instead.
 vec3 ggx_sample_visible(Ggx g, vec3 o, vec2 u) {
     vec3 w = vec3(g.alpha * o.xy, o.z);
     w *= inversesqrt(dot(w, w));
@@ -71,7 +73,11 @@ vec3 ggx_sample_visible(Ggx g, vec3 o, vec2 u) {
     float s;
     float c;
     m_sincos(TWO_PI * u.x, s, c);
-    return normalize(vec3(g.alpha * (r * vec2(c, s) + w.xy), z));
+    float along = w.x * c + w.y * s;
+    float across = w.y * c - w.x * s;
+    bool is_close = along < 0.0 && z < max(w.z, r - along);
+    float sum = is_close ? (z * (2.0 * w.z - z) + across * across) / (r - along) : r + along;
+    return normalize(vec3(g.alpha * vec2(sum * c - across * s, sum * s + across * c), z));
 }
 
 vec3 ggx_reflect(vec3 w, vec3 h) {

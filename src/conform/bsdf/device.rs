@@ -23,10 +23,6 @@ const WORDS: usize = 28;
 const STEP: f64 = 1.0 / 1_048_576.0;
 /// A direction whose z is this small may be on either side after rounding: 2 (o.h) h.z - o.z cancels.
 const HORIZON: f64 = 64.0 * EPS;
-/// Beyond these u[1] the cap's direction nearly cancels against wo: h has too few digits there, and more so when o.h is small
-/// because wo grazes. Results are then only asked to be finite and of the right sign.
-const FAR_END: f64 = 1.0 - 256.0 * EPS;
-const FAR_END_GRAZING: f64 = 1.0 - 4096.0 * EPS;
 /// Below this a result may be flushed to 0.
 const FLOOR: f64 = 1e-30;
 
@@ -236,9 +232,6 @@ fn judge_sample(index: usize, k: f64, x: &[f32], y: &[f32]) -> f64 {
     let choice = x[at + 3].to_bits();
     let mut x = widen(x);
     x[at + 3] = 0.0;
-    if x[at + 5] > if x[at + 2].abs() < 1e-4 { FAR_END_GRAZING } else { FAR_END } {
-        return 0.0;
-    }
     let fits = |x: &[f64; WORDS], choice: u32| fit_of_sample(index, k, x, choice, y);
     let first = fits(&x, choice);
     if first <= 1.0 {

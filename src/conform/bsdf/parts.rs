@@ -227,8 +227,8 @@ fn ggx_rows() -> Vec<Probe> {
         )
         .files(GGX)
         .vector()
-        .k(256.0)
-        .because("one vector; at the far end of the cap h is the difference of nearly opposite vectors"),
+        .k(32.0)
+        .because("one vector; a dozen operations, and the sine and cosine of an angle that u gives"),
         Probe::real(
             "ggx_reflect",
             "vec3 w = ggx_reflect(vec3(x0, x1, x2), vec3(x3, x4, x5)); y0 = w.x; y1 = w.y; y2 = w.z;",
@@ -251,7 +251,7 @@ fn dielectric_albedo_rows() -> Vec<Probe> {
     let probes = vec![
         Probe::real(
             "dielectric_albedo_at",
-            "vec2 d = dielectric_albedo_at(x0, x1, dielectric_albedo_index(x2)); y0 = d.x; y1 = d.y;",
+            "vec2 d = dielectric_albedo_at(x0, 1.0 - x0, x1, dielectric_albedo_index(x2)); y0 = d.x; y1 = d.y;",
             |r| [cosine(r).max(1e-8), r.log(1e-4, 1.0), r.range(1.001, 4.0)],
             move |[mu, alpha, n]| dielectric_albedo::table().at(mu, alpha, place(n)),
         )
