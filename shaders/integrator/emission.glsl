@@ -16,7 +16,7 @@ LightSample light_sample(PathState s, vec3 p) {
 
 #if HAS_BACKGROUND
 void add_background(inout PathState s) {
-    path_gather(s, s.throughput * light_background(s), s.edge);
+    light_background(s);
 }
 #endif
 
@@ -34,6 +34,6 @@ void add_emission(inout PathState s, Surface surface, MaterialRecord material, f
     }
 #endif
     Spectrum emitted = shines ? material_emission(material, surface.point) : Spectrum(0.0);
-    path_gather(s, s.throughput * emitted * emission_weight(s, density), s.edge);
+    path_gather(s, s.throughput * emitted * emission_weight(s, density), s.edge, LIGHT_GROUP(material.group));
 }
 #endif

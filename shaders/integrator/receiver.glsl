@@ -23,7 +23,7 @@ uint receive(inout PathState s, vec3 normal, inout Tally tally) {
 #else
     bool arrives = is_candidate && is_visible(shadow, light.primitive, s.hash, s.edge, tally);
 #endif
-    path_gather(s, arrives ? s.throughput * arriving * weight : Spectrum(0.0), 1u);
+    path_gather(s, arrives ? s.throughput * arriving * weight : Spectrum(0.0), 1u, LIGHT_GROUP(light_group(light.light)));
     return is_candidate ? 1u : 0u;
 }
 #endif

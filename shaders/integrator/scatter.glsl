@@ -92,7 +92,7 @@ uint add_next_event(inout PathState s, Surface surface, MaterialRecord material,
 #else
     bool arrives = is_candidate && is_visible(shadow, light.primitive, s.hash, s.edge, tally);
 #endif
-    path_gather(s, arrives ? s.throughput * f * arriving * weight : Spectrum(0.0), s.edge + 1u);
+    path_gather(s, arrives ? s.throughput * f * arriving * weight : Spectrum(0.0), s.edge + 1u, LIGHT_GROUP(light_group(light.light)));
     return is_candidate ? 1u : 0u;
 }
 #endif

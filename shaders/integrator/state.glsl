@@ -36,7 +36,7 @@ struct PathState {
 #if AOV_SPLIT
     Spectrum direct;  // the part of radiance by paths of at most two edges
 #endif
-    AOV_ID_MEMBERS
+    AOV_MEMBERS
 };
 
 // Sums over the samples of a slot; the layout written out is src/film/slot.rs.
@@ -61,12 +61,14 @@ struct Tally {
 #endif
 };
 
-// Light that came by a path of `edges` edges: every contribution to a sample's radiance passes here.
-void path_gather(inout PathState s, Spectrum light, uint edges) {
+// Light of a group that came by a path of `edges` edges: every contribution to a sample's radiance passes here. Where no groups are
+// kept, LIGHT_GROUP is 0 whatever it is asked.
+void path_gather(inout PathState s, Spectrum light, uint edges, uint group) {
     s.radiance += light;
 #if AOV_SPLIT
     s.direct += edges <= 2u ? light : Spectrum(0.0);
 #endif
+    AOV_GATHER
 }
 
 uint path_word(PathState s, uvec2 purpose) {

@@ -33,7 +33,7 @@ PathState path_begin(uint pixel, uint sample_index, inout Tally tally, out uint 
 #if AOV_SPLIT
     s.direct = Spectrum(0.0);
 #endif
-    AOV_ID_START
+    AOV_START
     rays = 0u;
 #if HAS_RECEIVER
     s.pdf = dot(start.d, start.receiver) * INV_PI;

@@ -1,7 +1,7 @@
 // What every light answers; the list of kinds and the functions each supplies are in src/light/mod.rs. After integrator/state.
 //   x_light_connect   a direction from p (or s.from beside it) towards the light                     every kind that is sampled
 //   x_light_density   the density of that, for emission that a path ran into    kinds whose surface can be hit
-//   x_light_arriving  emission along a ray that has left the scene, weighed     kinds infinitely far away
+//   x_light_arriving  adds emission along a ray that has left the scene, weighed     kinds infinitely far away
 
 // Power heuristic with beta = 2 in a form that cannot overflow; `own` > 0. Veach 1997, eq. 9.13.
 float mis_weight(float own, float other) {
@@ -35,4 +35,14 @@ struct LightSample {
 LightSample light_sample_none() {
     return LightSample(vec3(0.0, 0.0, 1.0), 0.0, 0.0, Spectrum(0.0), NONE, NONE, false);
 }
+
+#if LIGHT_GROUPS
+// The light group of a row of `lights`: its material's, or its own where no surface carries it.
+uint light_group(uint row) {
+    LightRecord light = LightRecord_load_lights(row);
+    bool has_surface = light.material != NONE;
+    uint of_material = MaterialRecord_load_materials(has_surface ? light.material : 0u).group;
+    return has_surface ? of_material : light.shape;
+}
+#endif
 #endif

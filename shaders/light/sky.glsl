@@ -105,14 +105,14 @@ SkySample sky_sample(uint index_word, uint fraction_word, vec2 u) {
 
 #if IN_KERNEL
 // What the sky sends to a path that has left the scene.
-Spectrum sky_light_arriving(PathState s) {
+void sky_light_arriving(inout PathState s) {
     float density = 0.0;
 #if HAS_LIGHT_SKY
     // Everything-on has a sky's text in scenes without one: its row is no light's.
     uint light = SkyRecord_load_sky(0u).light;
     density = light != NONE ? sky_pdf(s.ray.d) * light_pmf(s.from, s.from_normal, light) : 0.0;
 #endif
-    return sky_radiance(s.ray.d) * emission_weight(s, density);
+    path_gather(s, s.throughput * (sky_radiance(s.ray.d) * emission_weight(s, density)), s.edge, LIGHT_GROUP(SKY_GROUP));
 }
 
 #if HAS_LIGHT_SKY

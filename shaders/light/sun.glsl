@@ -20,8 +20,7 @@ LightSample sun_light_connect(PathState s, LightRecord light, vec3 p, vec2 u) {
 #endif
 
 // What all suns send to a path that has left the scene: they are the first rows of `lights`.
-Spectrum sun_light_arriving(PathState s) {
-    Spectrum sum = Spectrum(0.0);
+void sun_light_arriving(inout PathState s) {
     for (uint row = 0u; row < SUN_COUNT; row++) {
         LightRecord light = LightRecord_load_lights(row);
         float density = 0.0;
@@ -29,8 +28,8 @@ Spectrum sun_light_arriving(PathState s) {
         density = uniform_cone_pdf(light.a.x) * light_pmf(s.from, s.from_normal, row);
 #endif
         float weight = emission_weight(s, density);
-        sum += sun_holds(light.b, light.a.x, s.ray.d) ? light.c * weight : Spectrum(0.0);
+        Spectrum radiance = sun_holds(light.b, light.a.x, s.ray.d) ? light.c * weight : Spectrum(0.0);
+        path_gather(s, s.throughput * radiance, s.edge, LIGHT_GROUP(light.shape));
     }
-    return sum;
 }
 #endif

@@ -87,6 +87,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
         (Some(chosen), false) if *chosen != Aovs::NONE => anyhow::bail!("--aov is for .exr files, and none is written"),
         _ => Aovs::NONE,
     };
+    let aovs = aovs.of_scene(&scene).map_err(anyhow::Error::msg)?;
     let of_film = scene.film.shutter.map_or(0.0, |s| s.exposure_ev());
     let look = Look { exposure_ev: args.exposure + of_film, tonemap: args.tonemap };
     let window = scene.film.window();
@@ -196,7 +197,8 @@ enum Pictures {
 /// Names behind the numbers of the id AOVs.
 fn names(scene: &Scene, origin: glam::DVec3) -> Names {
     let objects = scene.instances.iter().map(|i| i.name.clone()).collect();
-    Names { objects, materials: scene.materials.iter().map(|m| m.name.clone()).collect(), origin }
+    let materials = scene.materials.iter().map(|m| m.name.clone()).collect();
+    Names { objects, materials, groups: scene.light_groups(), origin }
 }
 
 /// Every file that is written is another one, and none is read: the last writer would win, or the scene be lost.

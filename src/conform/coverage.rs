@@ -25,6 +25,7 @@ const COVERED: &[(&str, u32, &str)] = &[
     ("mis_weight", 6, "weighs every light: replayed path by path"),
     ("emission_weight", 6, "as mis_weight"),
     ("light_sample_none", 6, "a constant"),
+    ("light_group", 6, "reads the scene's tables: layers of light groups are replayed"),
     ("integrator/", 6, "path state and tables: replayed path by path"),
     ("kernel/", 6, "path state and tables: replayed path by path"),
     ("film/", 6, "writes slots, which replay reads"),

@@ -12,13 +12,14 @@ use super::images;
 use super::replay;
 use super::report::{Gate, GateRow, Verdict, is_wanted};
 use super::subject::{Fault, Subject};
+use super::superposition;
 use crate::error::Error;
 use crate::film::Film;
 use crate::film::slot::BLOCK_SAMPLES;
 use crate::gpu::Device;
 use crate::integrator::{Estimator, Settings};
 use crate::prepare::Prepared;
-use crate::prepare::records::{TEXTURE_MIPS, TEXTURE_SRGB};
+use crate::prepare::records::{NONE, TEXTURE_MIPS, TEXTURE_SRGB};
 use crate::reference::known::{self, Known};
 use crate::reference::known_nested;
 use crate::reference::meters;
@@ -36,12 +37,14 @@ enum Check {
     Image(fn(u32) -> Scene),
     /// Gate 6 of the AOVs.
     Aov(fn(u32) -> Scene),
+    /// Gate 7 of the light groups.
+    Groups(fn(u32) -> Scene),
     /// Gate 7 against a closed form.
     ClosedForm(fn() -> Known),
     /// Gate 8 on a scene.
     Specialised(fn(u32) -> Scene),
 }
-use Check::{Aov, ClosedForm, Image, Replay, Specialised};
+use Check::{Aov, ClosedForm, Groups, Image, Replay, Specialised};
 
 struct Mutation {
     name: &'static str,
@@ -187,6 +190,26 @@ const MUTATIONS: &[Mutation] = &[
         name: "light scattered once counts as indirect",
         fault: text("integrator/state.glsl", "edges <= 2u ? light", "edges <= 1u ? light"),
         caught_by: &[Aov(scenes::textured)],
+    },
+    Mutation {
+        name: "sampled light of every group goes to the first",
+        fault: text("integrator/scatter.glsl", "LIGHT_GROUP(light_group(light.light))", "LIGHT_GROUP(0u)"),
+        caught_by: &[Aov(lights::lamps), Aov(lights::glowing), Groups(lights::glowing)],
+    },
+    Mutation {
+        name: "emission that a path runs into is of its light's neighbour in the list of groups",
+        fault: text("integrator/emission.glsl", "LIGHT_GROUP(material.group)", "LIGHT_GROUP(material.group ^ 1u)"),
+        caught_by: &[Aov(lights::glowing), Groups(lights::glowing)],
+    },
+    Mutation {
+        name: "suns are of the sky's light group",
+        fault: text("light/sun.glsl", "LIGHT_GROUP(light.shape)", "LIGHT_GROUP(SKY_GROUP)"),
+        caught_by: &[Aov(lights::suns)],
+    },
+    Mutation {
+        name: "the records of lamps name the first light group",
+        fault: Fault::Records(|p| p.lights.iter_mut().filter(|l| l.material == NONE).for_each(|l| l.shape = 0)),
+        caught_by: &[Aov(lights::lamps), Groups(lights::lamps)],
     },
     Mutation {
         name: "a nested boundary refracts as if air were outside",
@@ -375,6 +398,7 @@ fn row(device: &Device, mutation: &Mutation, oracle: &mut HashMap<String, Film>)
 fn run(subject: &Subject, check: &Check, oracle: &mut HashMap<String, Film>) -> Result<GateRow, Error> {
     match check {
         Aov(scene) => aov::replay(subject, &scene(SIZE)),
+        Groups(scene) => superposition::groups_row(subject, &scene(SIZE), SPP),
         Replay(scene) => replay::row(subject, &scene(SIZE), &Settings::default()),
         ClosedForm(known) => images::closed_form(subject, &known(), Estimator::Mis, SPP),
         Specialised(scene) => images::specialised(subject, &scene(SIZE), BLOCK_SAMPLES),

@@ -34,7 +34,8 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     let (mut models, missing) = some_models(scale.size);
     models.push(scenes::mipmapped(scale.size));
     let known: Vec<known::Known> = known::all().into_iter().chain(meters::all()).chain(known_nested::all()).collect();
-    let aov_scenes = [scenes::alpha_sheets(32), scenes::textured(32), scenes::materials(32)];
+    let aov_scenes = [scenes::alpha_sheets(32), scenes::textured(32), scenes::materials(32), scenes::lights::lamps(32)];
+    let grouped = [scenes::lights::lamps(scale.size), scenes::lights::glowing(scale.size)];
     let cameras = camera::scenes(scale.size / 2);
     let losses = ledger::losses();
     let deep = known::deep_furnace();
@@ -81,6 +82,10 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     }
     let row = move |s: &Subject| superposition::row(s, &scenes::lights::lamps(scale.size), scale.spp);
     list.push((Gate::Images, "superposition lamps".to_owned(), Box::new(row)));
+    for scene in &grouped {
+        let row = move |s: &Subject| superposition::groups_row(s, scene, scale.spp);
+        list.push((Gate::Images, format!("light groups {}", scene.name), Box::new(row)));
+    }
     for scene in scenes.iter().chain(&models).chain(&cameras) {
         let row = move |s: &Subject| images::specialised(s, scene, 16);
         list.push((Gate::Specialised, format!("specialised {}", scene.name), Box::new(row)));

@@ -1,4 +1,4 @@
-//! Gate 7: light adds up. The image under all lights is the sum of the images under each share of them (Veach 1997, section 4.2:
+//! Gate 7: light adds up, and light groups take it apart. The image under all lights is the sum of the images under each share of them (Veach 1997, section 4.2:
 //! transport is linear), square by square within the noise of all four.
 
 use super::images;
@@ -6,10 +6,11 @@ use super::report::{Gate, GateRow};
 use super::subject::Subject;
 use crate::error::Error;
 use crate::film::Film;
+use crate::film::aov::{AOVS, Aovs, GROUPS};
 use crate::film::slot::BLOCK_SAMPLES;
 use crate::integrator::{Estimator, Settings};
-use crate::metric::stats::{normal_quantile, sidak};
-use crate::scene::Scene;
+use crate::metric::stats::{Moments, normal_quantile, sidak, welch_t};
+use crate::scene::{Scene, groups};
 
 /// False alarms of the row, at most.
 const LEVEL: f64 = 1e-4;
@@ -33,6 +34,72 @@ fn shares(scene: &Scene) -> [Scene; 3] {
         }
         share
     })
+}
+
+/// `scene` under the lights of one group alone.
+fn alone(scene: &Scene, group: &str) -> Scene {
+    let is_other = |name: &Option<String>| groups::name(name.as_deref()) != group;
+    let mut alone = scene.clone();
+    alone.lights.retain(|l| !is_other(&l.group));
+    alone.materials.iter_mut().filter(|m| is_other(&m.group)).for_each(|m| m.emission = None);
+    if is_other(&alone.sky_group) {
+        alone.sky = None;
+    }
+    alone
+}
+
+/// Means over each square and channel of one block's film; of a light group, or of all light.
+fn block_means(film: &Film, part: Option<usize>) -> Vec<f64> {
+    let (w, h) = (film.width() as usize, film.height() as usize);
+    let columns = w.div_ceil(SIDE);
+    let index = AOVS.iter().position(|a| a.name == GROUPS).unwrap_or(0);
+    let mut sums = vec![0.0; columns * h.div_ceil(SIDE) * 3];
+    for pixel in 0..film.pixel_count() {
+        let square = pixel / w / SIDE * columns + pixel % w / SIDE;
+        let value = match part {
+            Some(part) => film.part_mean(index, part, pixel).unwrap_or([f64::NAN; 3]),
+            None => film.mean(pixel),
+        };
+        (0..3).for_each(|c| sums[3 * square + c] += value[c]);
+    }
+    sums
+}
+
+/// Each light group of one render against a render under its lights alone, square by square by Welch's t test of the blocks.
+pub fn groups_row(subject: &Subject, scene: &Scene, spp: u32) -> Result<GateRow, Error> {
+    let blocks = u64::from(spp.div_ceil(BLOCK_SAMPLES));
+    let names = scene.light_groups();
+    let aovs = Aovs::NONE.with(GROUPS).of_scene(scene).map_err(Error::Usage)?;
+    let all = subject.films(scene, &Settings { aovs, ..images::settings(Estimator::Mis) }, blocks)?;
+    let mut pairs: Vec<(usize, Moments, Moments)> = Vec::new();
+    for (part, name) in names.iter().enumerate() {
+        let settings = Settings { seed: 1 + part as u32, ..images::settings(Estimator::Mis) };
+        let lone = subject.films(&alone(scene, name), &settings, blocks)?;
+        let a: Vec<Vec<f64>> = all.iter().map(|film| block_means(film, Some(part))).collect();
+        let b: Vec<Vec<f64>> = lone.iter().map(|film| block_means(film, None)).collect();
+        let of = |means: &[Vec<f64>], k: usize| Moments::of(means.iter().map(|m| m[k]));
+        pairs.extend((0..a[0].len()).map(|k| (part, of(&a, k), of(&b, k))));
+    }
+    let level = sidak(LEVEL, pairs.len());
+    let (mut p, mut at) = (1.0, 0);
+    for (part, a, b) in &pairs {
+        let is_close = (a.mean - b.mean).abs() <= ROUNDING * a.mean.abs().max(b.mean.abs());
+        let this = if is_close { 1.0 } else { welch_t(*a, *b).p };
+        if this.is_nan() || this < p {
+            (p, at) = (this, *part);
+        }
+    }
+    Ok(GateRow::new(
+        Gate::Images,
+        format!("light groups {}", scene.name),
+        p >= level,
+        format!("{spp} spp: worst square in \"{}\", p = {p:.1e}", names.get(at).map_or("", String::as_str)),
+        format!(
+            "each of {} layers is the image of its lights alone: p >= {level:.1e} in {} tests",
+            names.len(),
+            pairs.len()
+        ),
+    ))
 }
 
 /// Sums over each square and channel: mean and variance of the mean.

@@ -264,7 +264,12 @@ impl Film {
 
     /// A pixel's mean of the AOV in row `index` of the table; None when the film does not keep it.
     pub fn aov_mean(&self, index: usize, pixel: usize) -> Option<[f64; 3]> {
-        let entry = self.layout.entry(index).filter(|e| e.width > 0)?;
+        self.part_mean(index, 0, pixel)
+    }
+
+    /// The same of light group `part`.
+    pub fn part_mean(&self, index: usize, part: usize, pixel: usize) -> Option<[f64; 3]> {
+        let entry = self.layout.part(index, part).filter(|e| e.width > 0)?;
         let sums = &self.aov_sums[pixel * self.layout.sums..][..self.layout.sums];
         Some(self.layout.mean(entry, sums, f64::from(self.block_count[pixel] * BLOCK_SAMPLES)))
     }

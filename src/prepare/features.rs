@@ -6,7 +6,7 @@ use super::Prepared;
 use super::pattern::{Node, Role, Structure};
 use super::records::*;
 use crate::camera;
-use crate::film::aov::Aovs;
+use crate::film::aov::{Aovs, GROUP_LIMIT};
 use crate::integrator::{Estimator, IntegratorKind, SamplerKind, Settings};
 use crate::light;
 use crate::{bsdf, texture};
@@ -18,6 +18,8 @@ pub struct Features {
     pub sampler: SamplerKind,
     pub estimator: Estimator,
     pub aovs: Aovs,
+    /// Light groups of the scene, asked for or not.
+    pub group_count: u32,
     /// Cameras in the text, ascending numbers of `camera::MODELS`: the scene's.
     pub cameras: Vec<usize>,
     /// Film positions come from the filter's table; else the box of one pixel.
@@ -90,6 +92,7 @@ impl Features {
             sampler: settings.sampler,
             estimator: settings.estimator,
             aovs: settings.aovs,
+            group_count: p.group_count,
             cameras: vec![p.camera.kind as usize],
             filter: !p.filter.is_empty(),
             triangles: !p.triangles.is_empty(),
@@ -140,7 +143,9 @@ impl Features {
 
     /// The same scene with every model, light and feature compiled in (`--everything`).
     pub fn everything(mut self) -> Self {
-        self.aovs = Aovs::ALL;
+        // More groups than slots hold are left out: no one asked for them.
+        let groups = self.group_count;
+        self.aovs = Aovs::ALL.with_groups(if groups <= GROUP_LIMIT as u32 { groups } else { 0 });
         for flag in [
             &mut self.filter,
             &mut self.triangles,
@@ -234,6 +239,7 @@ impl Features {
         let mut d = vec![
             ("AOVS", self.aovs.in_slots()),
             ("AOV_SPLIT", self.aovs.has("direct") || self.aovs.has("indirect")),
+            ("LIGHT_GROUPS", self.aovs.group_count() > 0),
             ("HAS_RECEIVER", self.receiver()),
             ("HAS_FILTER", self.filter),
             ("HAS_TRIANGLES", self.triangles),

@@ -10,13 +10,14 @@ use glam::DVec3;
 
 use crate::light::{Emitter, LIGHT_SKY, alias::AliasTable, kept_positive, sky_table};
 use crate::prepare::records::*;
-use crate::scene::{self, Scene};
+use crate::scene::{self, Scene, groups};
 
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LightInput<'a> {
     pub emitters: &'a [Emitter],
     /// The sky and `Scene::images`.
     pub sky: Option<(&'a scene::Sky, &'a [scene::Image])>,
+    pub sky_group: u32,
     /// Radius of the bounding sphere of the scene, metres, above 0.
     pub scene_radius: f64,
     /// MIS compensation of the sky's table: with the estimator `mis` only, for light sampling alone would be biased by it.
@@ -74,7 +75,7 @@ pub fn build(input: &LightInput) -> Result<LightTables, LightError> {
         let integral = add_sky(&mut tables, sky, images, input.compensate)?;
         let radius = input.scene_radius;
         let power = limited(kept_positive(PI * radius * radius * integral, integral > 0.0));
-        let record = LightRecord { kind: LIGHT_SKY, material: NONE, shape: NONE, ..LightRecord::default() };
+        let record = LightRecord { kind: LIGHT_SKY, material: NONE, shape: input.sky_group, ..LightRecord::default() };
         tables.sky.light = add_light(&mut tables.lights, &mut powers, &Emitter { record, power, is_distant: true });
     }
     if let Some(table) = AliasTable::new(&powers) {
@@ -89,8 +90,10 @@ pub fn build(input: &LightInput) -> Result<LightTables, LightError> {
 /// The lights of the scene that no surface carries. One without power is noted; `build` gives it no row.
 pub fn lamps(scene: &Scene, origin: DVec3, radius: f64, notes: &mut Vec<String>) -> Result<Vec<Emitter>, LightError> {
     let mut emitters = Vec::new();
+    let groups = scene.light_groups();
     for light in &scene.lights {
         let mut emitter = light.lamp.emitter(origin, radius);
+        emitter.record.shape = groups::number(&groups, light.group.as_deref());
         let LightRecord { a, b, c, falloff, .. } = emitter.record;
         if [a, b, c, falloff].iter().flatten().any(|x| !x.is_finite()) || !emitter.power.is_finite() {
             let record = format!("{a:?}, {b:?}, {c:?}, {falloff:?}");

@@ -22,6 +22,7 @@ fn lights_are_chosen_by_power() {
     let input = LightInput {
         emitters: &[triangle(1.0, 1.0, false), triangle(1.0, 1.0, true), sphere],
         sky: Some((&sky, &[])),
+        sky_group: 5,
         scene_radius: 2.0,
         compensate: true,
     };
@@ -35,7 +36,7 @@ fn lights_are_chosen_by_power() {
         assert!((f64::from(light.pmf) / (power / sum) - 1.0).abs() < 1e-6);
     }
     assert_eq!((t.rows, t.sky.light), (vec![0, 1, 2], 3));
-    assert_eq!((t.sky.scale, t.sky.width), ([1.0; 3], 0));
+    assert_eq!((t.sky.scale, t.sky.width, t.lights[3].shape), ([1.0; 3], 0, 5));
     assert!(alias::choose_record(&t.light_alias, 4, u32::MAX, 0) == 3);
 }
 

@@ -1,4 +1,7 @@
 //! Materials resolved: patterns and their constants, texture pages, media, and what of it the vertices must carry.
+//!
+//! A material that no shape has keeps its row, so that numbers stay the scene's, and brings nothing else: no pattern, texture, medium
+//! or macro.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -10,7 +13,7 @@ use super::pattern::{Context, Node, Patterns, Role, Structure};
 use super::records::*;
 use crate::bsdf;
 use crate::scene::{Alpha, Encoding, Image, Material, Mesh, Pixels, Scene, Surface, Texture, TextureFilter, Value};
-use crate::{math, texture};
+use crate::{math, scene::groups, texture};
 
 /// What `prepare` needs of the materials.
 #[derive(Default)]
@@ -32,19 +35,45 @@ pub struct Resolved {
     pub notes: Vec<String>,
 }
 
+/// The row of a material that no shape has.
+const UNUSED: MaterialRecord = MaterialRecord {
+    pattern: NONE,
+    data: 0,
+    emission_pattern: NONE,
+    emission_data: 0,
+    alpha_pattern: NONE,
+    alpha_data: 0,
+    normal_pattern: NONE,
+    normal_data: 0,
+    bsdf: 0,
+    flags: 0,
+    alpha_cutoff: 0.0,
+    normal_scale: 0.0,
+    interior: NONE,
+    priority: 0,
+    group: 0,
+    reserved: 0,
+};
+
 pub fn resolve(scene: &Scene) -> Resolved {
     let mut r = Resolved { nests: media::nest(scene), ranks: media::ranks(scene), ..Resolved::default() };
-    let texture_rows = pack_textures(scene, &mut r);
+    let is_used = scene.used_materials();
+    let used = || scene.materials.iter().zip(&is_used).filter(|(_, is_used)| **is_used).map(|(m, _)| m);
+    let groups = scene.light_groups();
+    let texture_rows = pack_textures(scene, &used().collect::<Vec<_>>(), &mut r);
     let context = Context { textures: &scene.textures, texture_rows: &texture_rows };
     let mut patterns = Patterns::default();
-    for material in &scene.materials {
-        let record = resolve_material(material, &mut patterns, &context, &mut r);
-        r.materials.push(record);
+    for (material, is_used) in scene.materials.iter().zip(&is_used) {
+        let record = match *is_used {
+            true => resolve_material(material, &mut patterns, &context, &mut r),
+            false => UNUSED,
+        };
+        r.materials.push(MaterialRecord { group: groups::number(&groups, material.group.as_deref()), ..record });
         r.emission.push(material.emission.as_ref().map_or(DVec3::ZERO, |v| mean(v, scene)));
     }
     r.data = patterns.rows;
     r.structures = patterns.structures;
-    r.wanted.tangents = scene.materials.iter().any(follows_tangent);
+    r.wanted.tangents = used().any(follows_tangent);
     // A tangent's handedness is kept in the row of the normal, on flat meshes too.
     let needs_normals = |m: &Mesh| m.normals.is_some() || (r.wanted.tangents && m.tangents.is_some());
     r.wanted.normals = scene.meshes.iter().any(needs_normals);
@@ -56,7 +85,7 @@ pub fn resolve(scene: &Scene) -> Resolved {
         });
     }
     for model in bsdf::MODELS {
-        let surfaces = || scene.materials.iter().flat_map(|m| m.surfaces());
+        let surfaces = || used().flat_map(|m| m.surfaces());
         for &(name, when) in model.macros {
             let asks = |s: Surface| bsdf::MODELS[s.bsdf].keyword == model.keyword && asks_for(&s, when);
             r.macros.push((name, surfaces().any(asks)));
@@ -162,16 +191,21 @@ fn resolve_curves(m: &Surface) -> Vec<Value> {
     inputs
 }
 
-/// Packs every image texture once an image; returns the table row of each scene texture.
-fn pack_textures(scene: &Scene, r: &mut Resolved) -> Vec<Option<u32>> {
+/// Packs every image texture that a material reads once an image; returns the table row of each scene texture.
+fn pack_textures(scene: &Scene, materials: &[&Material], r: &mut Resolved) -> Vec<Option<u32>> {
     let mut pages: HashMap<(usize, Option<(Encoding, bool)>), texture::Page> = HashMap::new();
-    let by_alpha = presence_textures(scene);
+    let mut is_read = HashSet::new();
+    materials.iter().flat_map(|m| values(m)).for_each(|value| collect(value, &mut is_read));
+    let by_alpha = presence_textures(materials);
     scene
         .textures
         .iter()
         .enumerate()
         .map(|(number, t)| {
             let Texture::Image { image, wrap, filter, minify, encoding } = t else { return None };
+            if !is_read.contains(&number) {
+                return None;
+            }
             let pixels = &scene.images[*image];
             let minify = (scene.texture_filter == TextureFilter::Mipmap).then_some(*minify);
             let levels = minify.and_then(|m| m.levels).map(|_| (*encoding, by_alpha.contains(&number)));
@@ -191,21 +225,35 @@ fn pack_textures(scene: &Scene, r: &mut Resolved) -> Vec<Option<u32>> {
         .collect()
 }
 
-/// Textures whose alpha says where a surface is.
-fn presence_textures(scene: &Scene) -> HashSet<usize> {
-    fn collect(value: &Value, found: &mut HashSet<usize>) {
-        match value {
-            Value::Texture { texture, .. } => drop(found.insert(*texture)),
-            Value::Multiply(a, b) => {
-                collect(a, found);
-                collect(b, found);
-            }
-            Value::Channel(a, _) | Value::Share(a) | Value::Rest(a) => collect(a, found),
-            Value::Constant(_) | Value::Curve(_) | Value::VertexColor => {}
+/// Textures that a value reads.
+fn collect(value: &Value, found: &mut HashSet<usize>) {
+    match value {
+        Value::Texture { texture, .. } => drop(found.insert(*texture)),
+        Value::Multiply(a, b) => {
+            collect(a, found);
+            collect(b, found);
         }
+        Value::Channel(a, _) | Value::Share(a) | Value::Rest(a) => collect(a, found),
+        Value::Constant(_) | Value::Curve(_) | Value::VertexColor => {}
     }
+}
+
+/// Everything a material looks up.
+fn values(m: &Material) -> Vec<&Value> {
+    let inputs = m.surfaces().into_iter().flat_map(|s| s.inputs);
+    let shares = m.parts.iter().map(|p| &p.share);
+    let alpha = match &m.alpha {
+        Alpha::Opaque => None,
+        Alpha::Mask { value, .. } | Alpha::Blend { value } => Some(value),
+    };
+    let others = m.emission.iter().chain(alpha).chain(m.normal_map.iter().map(|n| &n.0));
+    inputs.chain(shares).chain(others).collect()
+}
+
+/// Textures whose alpha says where a surface is.
+fn presence_textures(materials: &[&Material]) -> HashSet<usize> {
     let mut found = HashSet::new();
-    for material in &scene.materials {
+    for material in materials {
         if let Alpha::Mask { value, .. } | Alpha::Blend { value } = &material.alpha {
             collect(value, &mut found);
         }
@@ -249,3 +297,7 @@ fn image_mean(image: &Image, is_srgb: bool) -> DVec3 {
     };
     sum / count
 }
+
+#[cfg(test)]
+#[path = "materials_tests.rs"]
+mod tests;

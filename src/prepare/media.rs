@@ -37,7 +37,8 @@ pub fn index_of(m: &Material) -> f64 {
 
 /// Rank of each priority among those that bound a medium.
 pub fn ranks(scene: &Scene) -> BTreeMap<u32, u32> {
-    let mut priorities: Vec<u32> = scene.materials.iter().filter(|m| bounds_medium(m)).map(|m| m.priority).collect();
+    let used = scene.materials.iter().zip(scene.used_materials()).filter(|(_, is_used)| *is_used).map(|(m, _)| m);
+    let mut priorities: Vec<u32> = used.filter(|m| bounds_medium(m)).map(|m| m.priority).collect();
     priorities.sort_unstable();
     priorities.dedup();
     priorities.into_iter().zip(0..).collect()

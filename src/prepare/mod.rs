@@ -15,9 +15,10 @@ use glam::DVec3;
 
 use crate::bvh::{self, Bvh, traverse};
 use crate::camera;
+use crate::film::aov::GROUPS;
 use crate::integrator::{Estimator, Settings};
 use crate::light;
-use crate::scene::Scene;
+use crate::scene::{Scene, groups};
 use pattern::Structure;
 use records::*;
 
@@ -37,6 +38,8 @@ pub enum Error {
     Bvh(#[from] bvh::Error),
     #[error(transparent)]
     Light(#[from] lights::LightError),
+    #[error("the settings are for {known} light groups and the scene has {count}: take them from this scene")]
+    Groups { known: u32, count: usize },
 }
 
 /// Everything a render needs, as plain values. Index conventions are stated at each record.
@@ -85,6 +88,9 @@ pub struct Prepared {
     pub lights: Vec<LightRecord>,
     /// Alias table over `lights`, proportional to power.
     pub light_alias: Vec<AliasRecord>,
+    /// Light groups of the scene, and which is the sky's.
+    pub group_count: u32,
+    pub sky_group: u32,
     /// Something shines from infinity.
     pub has_sky: bool,
     pub sky: SkyRecord,
@@ -111,6 +117,10 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
         return Err(Error::Film { width, height });
     }
     let origin = scene.camera.to_world.translation;
+    let groups = scene.light_groups();
+    if settings.aovs.has(GROUPS) && settings.aovs.group_count() as usize != groups.len() {
+        return Err(Error::Groups { known: settings.aovs.group_count(), count: groups.len() });
+    }
     let mut resolved = materials::resolve(scene);
     resolved.wanted.uvs |= settings.aovs.has("uv");
     let emits = |material: usize| resolved.materials[material].flags & MATERIAL_EMITS != 0;
@@ -158,6 +168,8 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
         texels: resolved.texels,
         media: resolved.media,
         nests: resolved.nests,
+        group_count: groups.len() as u32,
+        sky_group: groups::number(&groups, scene.sky_group.as_deref()),
         bsdf_macros: resolved.macros,
         bvh_s,
         objects: geometry.objects,
@@ -232,6 +244,7 @@ fn attach_lights(p: &mut Prepared, scene: &Scene, emission: &[DVec3], compensate
     let tables = lights::build(&lights::LightInput {
         emitters: &emitters,
         sky: scene.sky.as_ref().map(|s| (s, scene.images.as_slice())),
+        sky_group: p.sky_group,
         scene_radius: radius,
         compensate,
     })?;

@@ -160,7 +160,9 @@ gpu_record! {
         interior: u32,
         /// Rank of the priority among those of the scene.
         priority: u32,
-        reserved: [u32; 2],
+        /// Light group of what it emits.
+        group: u32,
+        reserved: u32,
     }
 }
 pub const MATERIAL_EMITS: u32 = 1;
@@ -215,7 +217,7 @@ gpu_record! {
         material: u32,
         /// Triangle: vertex 2. Point, spot: intensity, W/sr. Directional: irradiance, W/m2. Sun: radiance.
         c: [f32; 3],
-        /// Face number, or row of `spheres`.
+        /// Face number, or row of `spheres` or `discs`; of what no surface carries its light group.
         shape: u32,
         /// Probability of being chosen, exactly that of the integer alias table.
         pmf: f32,

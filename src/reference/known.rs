@@ -52,6 +52,7 @@ pub fn material(keyword: &str, set: &[(&str, Value)]) -> Material {
         inputs,
         emission: None,
         emission_two_sided: false,
+        group: None,
         alpha: Alpha::Opaque,
         normal_map: None,
         interior: None,

@@ -167,7 +167,7 @@ pub fn far_wall() -> Known {
 }
 
 fn lit_by(lamp: Lamp) -> Scene {
-    Scene { lights: vec![Light { name: "lamp".to_owned(), lamp }], ..Scene::default() }
+    Scene { lights: vec![Light { name: "lamp".to_owned(), lamp, group: None }], ..Scene::default() }
 }
 
 /// The lecture's lamp of 800 lm: 63.66 cd, and 15.92 lx at 2 m; in watts over 683.

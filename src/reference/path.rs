@@ -12,6 +12,7 @@ use super::surface::Surface;
 use super::tree::{Hit, Ray, Tree};
 use crate::bsdf::{SAMPLE_DELTA, SAMPLE_TRANSMISSION};
 use crate::camera::Start;
+use crate::film::aov::GROUP_LIMIT;
 use crate::integrator::path::{ALPHA_LAYERS, power_heuristic, survival_probability};
 use crate::integrator::{Estimator, Settings};
 use crate::prepare::records::NONE;
@@ -49,6 +50,8 @@ pub struct LightSample {
     pub is_delta: bool,
     /// The light's own primitive, which its shadow ray ignores; NONE for the sky.
     pub primitive: u32,
+    /// Number of its light group.
+    pub group: u32,
 }
 
 /// What the scene is, to the loop.
@@ -78,9 +81,9 @@ pub trait World: Sync {
     /// `outside`: index of refraction in front of the surface, by which its own indices are divided.
     fn surface(&self, ray: &Ray, hit: &Hit, outside: f64) -> Surface;
     fn medium(&self, medium: u32) -> Medium;
-    /// Gives each light that a ray leaving the scene sees: its radiance, and the density with which `sample_light` finds it in this
-    /// direction, 1/sr.
-    fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64));
+    /// Gives each light that a ray leaving the scene sees: its radiance, the density with which `sample_light` finds it in this
+    /// direction, 1/sr, and its light group.
+    fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64, u32));
     /// Density with which `sample_light` from `ray.origin` finds the emission at `hit`, 1/sr.
     fn emitter_density(&self, ray: &Ray, hit: &Hit) -> f64;
     fn sample_light(
@@ -132,6 +135,8 @@ pub struct Sample {
     pub radiance: DVec3,
     /// The part of it that came by paths of at most two edges: emission seen, and light scattered once.
     pub direct: DVec3,
+    /// The parts of it by light groups; those beyond the limit are not kept.
+    pub groups: [DVec3; GROUP_LIMIT],
     /// None where nothing is seen but the sky.
     pub first: Option<FirstHit>,
     /// Rays traced, shadow rays included.
@@ -146,9 +151,12 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Adds light that came by a path of `edges` edges.
-    fn gather(&mut self, light: DVec3, edges: u32) {
+    /// Adds light of a group that came by a path of `edges` edges.
+    fn gather(&mut self, light: DVec3, edges: u32, group: u32) {
         self.radiance += light;
+        if let Some(sum) = self.groups.get_mut(group as usize) {
+            *sum += light;
+        }
         if edges <= 2 {
             self.direct += light;
         }
@@ -198,8 +206,8 @@ pub fn trace<W: World>(
     let mut from = start.origin;
     // A meter that collects from a hemisphere is served like a surface.
     if let Some(normal) = start.receiver {
-        let (light, rays) = receive(world, settings, random, &start, normal, &mut sample.overflows);
-        sample.gather(throughput * light, 1);
+        let (light, group, rays) = receive(world, settings, random, &start, normal, &mut sample.overflows);
+        sample.gather(throughput * light, 1, group);
         sample.rays += rays;
         scatter_pdf = Some(start.direction.dot(normal) / std::f64::consts::PI);
     }
@@ -219,8 +227,8 @@ pub fn trace<W: World>(
         inside = end.inside;
         // 3. What is infinitely far away ends the path.
         let Some(hit) = hit else {
-            world.background(ray.direction, &mut |radiance, density| {
-                sample.gather(throughput * radiance * weight(density), edge);
+            world.background(ray.direction, &mut |radiance, density, group| {
+                sample.gather(throughput * radiance * weight(density), edge, group);
             });
             break;
         };
@@ -229,7 +237,7 @@ pub fn trace<W: World>(
         surface.orient(-ray.direction);
         if surface.emission != DVec3::ZERO {
             let w = weight(world.emitter_density(&Ray { origin: from, ..ray }, &hit));
-            sample.gather(throughput * surface.emission * w, edge);
+            sample.gather(throughput * surface.emission * w, edge, surface.group);
         }
         let wo_world = -ray.direction;
         let shading = surface.shading(wo_world);
@@ -308,7 +316,7 @@ pub fn trace<W: World>(
                         _ => 1.0,
                     };
                     trace.light = throughput * f * light.radiance * through * (w / light.density);
-                    sample.gather(trace.light, edge + 1);
+                    sample.gather(trace.light, edge + 1, light.group);
                 }
             }
         }

@@ -10,7 +10,7 @@ use crate::integrator::path::power_heuristic;
 use crate::integrator::{Estimator, Settings};
 use crate::prepare::records::NONE;
 
-/// What one light sample adds to the estimate of L cos/pi over the hemisphere, and the rays that it took.
+/// What one light sample adds to the estimate of L cos/pi over the hemisphere, its light group, and the rays that it took.
 pub(super) fn receive<W: World>(
     world: &W,
     settings: &Settings,
@@ -18,8 +18,8 @@ pub(super) fn receive<W: World>(
     start: &Start,
     normal: DVec3,
     overflows: &mut Overflows,
-) -> (DVec3, u32) {
-    let none = (DVec3::ZERO, 0);
+) -> (DVec3, u32, u32) {
+    let none = (DVec3::ZERO, 0, 0);
     if settings.estimator == Estimator::Bsdf {
         return none;
     }
@@ -38,11 +38,11 @@ pub(super) fn receive<W: World>(
     };
     let way = (&shadow, 0.0, light.distance);
     let Some(through) = unblocked(world, random, way, 0, world.camera_inside(), overflows) else {
-        return (DVec3::ZERO, 1);
+        return (DVec3::ZERO, 0, 1);
     };
     let weight = match settings.estimator {
         Estimator::Mis if !light.is_delta => power_heuristic(light.density, density),
         _ => 1.0,
     };
-    (light.radiance * through * (weight * density / light.density), 1)
+    (light.radiance * through * (weight * density / light.density), light.group, 1)
 }

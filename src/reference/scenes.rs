@@ -95,6 +95,7 @@ pub fn alpha_sheets(size: u32) -> Scene {
     let mut neon = lamp(DVec3::new(6.0, 4.0, 8.0));
     neon.emission_two_sided = true;
     neon.alpha = Alpha::Blend { value: Value::scalar(0.5) };
+    neon.group = Some("neon".to_owned());
     place(&mut s, "neon", Shape::Rectangle, wall(DVec3::new(0.0, 1.6, -0.6), DVec3::Z, [0.8, 0.1]), neon);
     s.sky = Some(Sky { radiance: SkyRadiance::Uniform(DVec3::new(0.3, 0.4, 0.6)), rotation_rad: 0.0, scale: 1.0 });
     s

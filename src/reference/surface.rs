@@ -29,6 +29,8 @@ pub struct Surface {
     pub transmits: bool,
     /// Radiance towards the origin of the ray that hit.
     pub emission: DVec3,
+    /// Light group of that.
+    pub group: u32,
     /// For a surface that parts two media: the medium behind it, or Some(NONE). None where light goes through without a
     /// change of medium (thin walls) or not at all.
     pub boundary: Option<u32>,

@@ -131,6 +131,8 @@ pub struct Material {
     pub emission: Option<Value>,
     /// Emits on both sides; otherwise on the front (counter-clockwise) side only.
     pub emission_two_sided: bool,
+    /// Light group of what it emits; see `groups`.
+    pub group: Option<String>,
     pub alpha: Alpha,
     /// Tangent-space normal as a texture in [0,1]^3, and the factor on its x and y.
     pub normal_map: Option<(Value, f64)>,

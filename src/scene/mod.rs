@@ -6,6 +6,7 @@
 mod complete;
 mod error;
 pub mod format;
+pub mod groups;
 mod material;
 mod sensor;
 
@@ -40,6 +41,8 @@ pub struct Scene {
     pub meshes: Vec<Mesh>,
     pub instances: Vec<Instance>,
     pub sky: Option<Sky>,
+    /// Light group of the sky; see `groups`.
+    pub sky_group: Option<String>,
     /// What `measure` measures.
     pub sensors: Vec<Sensor>,
     pub texture_filter: TextureFilter,
@@ -208,6 +211,8 @@ pub struct Light {
     /// For messages.
     pub name: String,
     pub lamp: crate::light::Lamp,
+    /// Light group; see `groups`.
+    pub group: Option<String>,
 }
 
 /// Light from infinitely far away, all around.

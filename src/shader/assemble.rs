@@ -25,14 +25,15 @@ pub struct Program {
 }
 
 /// Numbers fixed for a render. The id is the place in the list.
-const CONSTANTS: [&str; 6] = ["WIDTH", "MAX_DEPTH", "ROULETTE_EDGE", "LIGHT_COUNT", "ELEMENT_COUNT", "SUN_COUNT"];
+const CONSTANTS: [&str; 7] =
+    ["WIDTH", "MAX_DEPTH", "ROULETTE_EDGE", "LIGHT_COUNT", "ELEMENT_COUNT", "SUN_COUNT", "SKY_GROUP"];
 
 /// Specialisation constants by name, in the order of their ids. Pure.
 pub fn constants(settings: &Settings, prepared: &Prepared) -> [(&'static str, u32); CONSTANTS.len()] {
     let (edges, roulette_edge) = (settings.edges(), settings.first_roulette_edge());
     let (lights, elements) = (prepared.lights.len() as u32, prepared.sensor_elements.len() as u32);
     let suns = prepared.lights.iter().filter(|l| l.kind == light::LIGHT_SUN).count() as u32;
-    let values = [prepared.width, edges, roulette_edge, lights, elements, suns];
+    let values = [prepared.width, edges, roulette_edge, lights, elements, suns, prepared.sky_group];
     std::array::from_fn(|id| (CONSTANTS[id], values[id]))
 }
 

@@ -264,9 +264,9 @@ pub fn lights(f: &Features) -> String {
         let signature = "float light_density(LightRecord light, vec3 p, vec3 wi, float distance, bool is_front)";
         text += &light_choice(signature, "0.0", &on_surfaces, "density(light, p, wi, distance, is_front)");
     }
-    let terms: Vec<String> = f.backgrounds().map(|k| format!("{}_light_arriving(s)", KINDS[k].keyword)).collect();
-    if !terms.is_empty() {
-        text += &format!("Spectrum light_background(PathState s) {{\n    return {};\n}}\n\n", terms.join(" + "));
+    let calls: String = f.backgrounds().map(|k| format!("    {}_light_arriving(s);\n", KINDS[k].keyword)).collect();
+    if !calls.is_empty() {
+        text += &format!("void light_background(inout PathState s) {{\n{calls}}}\n\n");
     }
     text
 }

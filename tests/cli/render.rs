@@ -210,3 +210,65 @@ fn devices_lists_the_cpu_at_least() {
         assert!(serde_json::from_str::<Value>(line).unwrap()["name"].is_string(), "{line}");
     }
 }
+
+/// The layers of the light groups are there by name, and add up to the picture.
+#[test]
+fn light_groups_are_layers_that_add_up() {
+    use steradian::output::exr::read_channels;
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("groups.toml");
+    let text = "[camera]\nposition = [0, 2, 3]\n[sky]\nradiance = [0.1, 0.2, 0.3]\ngroup = \"sky\"\n\
+                [[light]]\ntype = \"point\"\nposition = [0, 1, 0]\npower = 9\ngroup = \"key\"\n\
+                [[light]]\ntype = \"point\"\nposition = [1, 1, 0]\npower = 3\n\
+                [[material]]\nname = \"glow\"\nemission = 2\n\
+                [[shape]]\ntype = \"sphere\"\nradius = 0.4\nmaterial = \"glow\"\ngroup = \"ball\"\n\
+                [[shape]]\ntype = \"sphere\"\nradius = 0.2\ncenter = [-1, 0, 0]\npower = 4\ngroup = \"key\"\n\
+                [[shape]]\ntype = \"rectangle\"\nu = [2, 0, 0]\nv = [0, 0, -2]\n";
+    std::fs::write(&path, text).unwrap();
+    let exr = dir.path().join("a.exr");
+    for more in [&[][..], &["--tiled"]] {
+        let mut arguments = vec!["render", path.to_str().unwrap(), "--device", "cpu", "--size", "9x7", "--spp", "32"];
+        arguments.extend(["--aov", "light_groups,object", "-o", exr.to_str().unwrap()]);
+        arguments.extend(more);
+        let ran = run(&arguments);
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
+        let layer = |name: &str| {
+            read_channels(&exr, ["R", "G", "B"].map(|c| format!("{name}{c}")).each_ref().map(|c| c.as_str()))
+        };
+        let radiance = layer("").unwrap().unwrap();
+        let parts: Vec<Vec<[f32; 3]>> = ["ball", "default", "key", "sky"]
+            .map(|name| layer(&format!("light.{name}.")).unwrap().unwrap_or_else(|| panic!("no layer {name}")))
+            .to_vec();
+        assert!(layer("light.unused.").unwrap().is_none());
+        for part in &parts {
+            assert!(part.iter().any(|p| p[0] > 0.0));
+        }
+        for (pixel, r) in radiance.iter().enumerate() {
+            for c in 0..3 {
+                let sum: f64 = parts.iter().map(|part| f64::from(part[pixel][c])).sum();
+                // Each layer and the picture are rounded to f32 a block and a pixel.
+                assert!((sum - f64::from(r[c])).abs() <= 2.4e-7 * f64::from(r[c]), "{pixel} {sum} {r:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn light_groups_have_names_that_a_layer_can_have_and_are_not_too_many() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("groups.toml");
+    let scene = |lights: &str| std::fs::write(&path, format!("[camera]\nposition = [0, 2, 3]\n{lights}")).unwrap();
+    let lamp =
+        |group: &str| format!("[[light]]\ntype = \"point\"\nposition = [0, 1, 0]\npower = 9\ngroup = \"{group}\"\n");
+    let exr = dir.path().join("a.exr");
+    let arguments = ["render", path.to_str().unwrap(), "--device", "cpu", "--size", "4x4", "--spp", "16"];
+    let arguments = [&arguments[..], &["--aov", "light_groups", "-o", exr.to_str().unwrap()]].concat();
+    for group in ["a.b", "", "one two", "a-name-that-is-longer-than-32-letters"] {
+        scene(&lamp(group));
+        super::refuses(&arguments, &["groups.toml:7", "group", "1 to 32 letters"]);
+    }
+    scene(&(0..17).map(|k| lamp(&format!("g{k}"))).collect::<String>());
+    super::refuses(&arguments, &["17 light groups", "16"]);
+    scene("[[shape]]\ntype = \"sphere\"\ngroup = \"key\"\n");
+    super::refuses(&arguments, &["groups.toml:5", "it emits nothing"]);
+}

@@ -69,3 +69,22 @@ fn lights_that_are_none_are_refused() {
     let said = load("", STRAIGHT).unwrap_err();
     assert!(said.contains("light") && said.contains('0'), "{said}");
 }
+
+#[test]
+fn a_model_s_lights_take_the_groups_that_patches_name() {
+    let folder = Folder::new();
+    let text = r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_lights_punctual"],
+        "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point"}]}}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
+        "nodes": [{"name": "left", "extensions": {"KHR_lights_punctual": {"light": 0}}},
+            {"name": "right", "extensions": {"KHR_lights_punctual": {"light": 0}}}]}"#;
+    folder.write("made.gltf", text.as_bytes());
+    let model = "[[model]]\nfile = \"made.gltf\"\n";
+    let load = |more: &str| scene::load(&folder.write("made.toml", format!("{model}{more}").as_bytes()));
+    let groups = |more: &str| load(more).unwrap().light_groups();
+    assert_eq!(groups(""), ["default"]);
+    assert_eq!(groups("group = \"lamps\"\n"), ["lamps"]);
+    assert_eq!(groups("group = \"lamps\"\n[node.\"left\"]\ngroup = \"key\"\n"), ["key", "lamps"]);
+    assert_eq!(load("[node.\"left\"]\nvisible = false\n").unwrap().lights.len(), 1);
+    let said = load("[node.\"lift\"]\ngroup = \"key\"\n").unwrap_err().to_string();
+    assert!(said.contains("did you mean `left`?"), "{said}");
+}

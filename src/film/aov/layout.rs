@@ -1,6 +1,6 @@
 //! Where chosen AOVs lie: rows of a slot behind the radiance, and sums of a film's pixel.
 //!
-//! A vector takes one row: the sum over the block's samples, and in w how many hit a surface. Ids take four: one word a sample. The film
+//! A vector takes one row: the sum over the block's samples, and in w how many hit a surface. Light groups take one each. Ids take four: one word a sample. The film
 //! sums a vector's channels in f64 (f32 sums lose nothing there below 2^29 of them), and one count of hits for all.
 
 use super::{AOVS, Aovs, Mean, Source};
@@ -16,6 +16,8 @@ const ID_ROWS: usize = BLOCK_SAMPLES as usize / 4;
 pub struct Entry {
     /// Place in `AOVS`.
     pub index: usize,
+    /// Which light group; 0 for all others.
+    pub part: usize,
     /// First row behind the radiance's rows.
     pub row: usize,
     /// First of its sums, or which of the id counts it is.
@@ -42,15 +44,18 @@ impl Layout {
             match aov.source {
                 Source::Film(_) => {}
                 Source::Ids { .. } => {
-                    layout.entries.push(Entry { index, row: layout.rows, at: layout.ids, width: 0 });
+                    layout.entries.push(Entry { index, part: 0, row: layout.rows, at: layout.ids, width: 0 });
                     layout.rows += ID_ROWS;
                     layout.ids += 1;
                 }
                 _ => {
                     let width = aov.channels.len();
-                    layout.entries.push(Entry { index, row: layout.rows, at: layout.sums, width });
-                    layout.rows += 1;
-                    layout.sums += width;
+                    let parts = if let Source::Groups = aov.source { aovs.group_count() as usize } else { 1 };
+                    for part in 0..parts {
+                        layout.entries.push(Entry { index, part, row: layout.rows, at: layout.sums, width });
+                        layout.rows += 1;
+                        layout.sums += width;
+                    }
                 }
             }
         }
@@ -59,7 +64,12 @@ impl Layout {
     }
 
     pub fn entry(&self, index: usize) -> Option<&Entry> {
-        self.entries.iter().find(|e| e.index == index)
+        self.part(index, 0)
+    }
+
+    /// The entry of a light group.
+    pub fn part(&self, index: usize, part: usize) -> Option<&Entry> {
+        self.entries.iter().find(|e| (e.index, e.part) == (index, part))
     }
 
     /// Bytes of a film's pixel: sums, and for each list of ids its own and room for two entries.
@@ -156,6 +166,7 @@ impl<'a> Block<'a> {
                     (hit.map(|h| value(&h)).unwrap_or_default(), f64::from(u8::from(hit.is_some())))
                 }
                 Source::Path { value, .. } if sample.radiance.is_finite() => (value(sample), 0.0),
+                Source::Groups if sample.radiance.is_finite() => (sample.groups[e.part], 0.0),
                 Source::Ids { value, .. } => {
                     self.ids[e.at][self.count] = hit.map_or(NONE, |h| value(&h));
                     continue;

@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use super::Film;
 use crate::reference::path::{FirstHit, Sample};
+use crate::scene::Scene;
 pub use layout::{Block, Layout};
 
 /// One layer of the EXR.
@@ -31,6 +32,8 @@ pub enum Source {
     Surface { glsl: &'static str, value: fn(&FirstHit) -> DVec3, mean: Mean },
     /// A vec3 of the finished path, from `s`.
     Path { glsl: &'static str, value: fn(&Sample) -> DVec3 },
+    /// The light of each light group of the scene, one vec3 of the finished path each.
+    Groups,
     /// A number for each sample: how often each occurs.
     Ids { glsl: &'static str, value: fn(&FirstHit) -> u32 },
 }
@@ -60,6 +63,11 @@ macro_rules! surface {
 const RGB: [&str; 3] = ["R", "G", "B"];
 const XYZ: [&str; 3] = ["X", "Y", "Z"];
 const RADIANCE: &str = "W/(m^2 sr)";
+
+/// Name of the row of light groups.
+pub const GROUPS: &str = "light_groups";
+/// Most light groups that slots hold.
+pub const GROUP_LIMIT: usize = 16;
 
 /// Every layer, in slot order.
 pub const AOVS: &[Aov] = &[
@@ -131,6 +139,13 @@ pub const AOVS: &[Aov] = &[
         source: Source::Path { glsl: "s.radiance - s.direct", value: |sample| sample.radiance - sample.direct },
     },
     Aov {
+        name: GROUPS,
+        channels: &RGB,
+        unit: RADIANCE,
+        doc: "light by light group, a layer `light.GROUP` each: their sum is radiance",
+        source: Source::Groups,
+    },
+    Aov {
         name: "object",
         channels: &[],
         unit: "1",
@@ -161,13 +176,15 @@ pub const AOVS: &[Aov] = &[
     },
 ];
 
-/// A choice of rows of `AOVS`; the colour is always there.
+/// A choice of rows of `AOVS`; the colour is always there. The upper bits say how many light groups the scene has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Aovs(u32);
 
 impl Aovs {
     pub const NONE: Self = Self(0);
     pub const ALL: Self = Self((1 << AOVS.len()) - 1);
+    /// Where the number of light groups begins.
+    const GROUPS_SHIFT: u32 = 24;
 
     /// What an EXR holds unless something else is asked for.
     pub fn usual() -> Self {
@@ -181,6 +198,30 @@ impl Aovs {
 
     pub fn has(self, name: &str) -> bool {
         self == self.with(name)
+    }
+
+    /// The same choice with room for `count` light groups, if it has their row at all.
+    pub fn with_groups(self, count: u32) -> Self {
+        let rows = self.0 & ((1 << Self::GROUPS_SHIFT) - 1);
+        Self(rows | if self.has(GROUPS) { count.min(255) << Self::GROUPS_SHIFT } else { 0 })
+    }
+
+    /// The same choice for the groups of `scene`; the error says that there are too many.
+    pub fn of_scene(self, scene: &Scene) -> Result<Self, String> {
+        if !self.has(GROUPS) {
+            return Ok(self);
+        }
+        match scene.light_groups().len() {
+            count if count > GROUP_LIMIT => Err(format!(
+                "--aov: the scene has {count} light groups, more than the {GROUP_LIMIT} that {GROUPS} holds; let some lights share one"
+            )),
+            count => Ok(self.with_groups(count as u32)),
+        }
+    }
+
+    /// Light groups that slots hold.
+    pub fn group_count(self) -> u32 {
+        self.0 >> Self::GROUPS_SHIFT
     }
 
     /// "all", "none", or names with commas between them. The error names the nearest.
@@ -220,6 +261,8 @@ impl Aovs {
 pub struct Names {
     pub objects: Vec<String>,
     pub materials: Vec<String>,
+    /// Of the light groups, by number.
+    pub groups: Vec<String>,
     /// Added to positions, m.
     pub origin: DVec3,
 }
@@ -236,6 +279,10 @@ pub struct Channel<'a> {
 pub fn channels<'a>(film: &'a Film, names: &'a Names) -> Vec<Channel<'a>> {
     let mut list = Vec::new();
     for (index, aov) in film.aovs().with("").iter() {
+        if let Source::Groups = aov.source {
+            list.extend(group_channels(film, index, aov, names));
+            continue;
+        }
         for (c, channel) in aov.channels.iter().enumerate() {
             let name = match (aov.name, *channel) {
                 ("", channel) => channel.into(),
@@ -257,6 +304,18 @@ pub fn channels<'a>(film: &'a Film, names: &'a Names) -> Vec<Channel<'a>> {
         }
     }
     list
+}
+
+/// `light.GROUP.R` and so on, group by group.
+fn group_channels<'a>(film: &'a Film, index: usize, aov: &Aov, names: &Names) -> Vec<Channel<'a>> {
+    let part_count = film.aovs().group_count() as usize;
+    let parts = (0..part_count).flat_map(|part| (0..3).map(move |c| (part, c)));
+    let channel = |(part, c): (usize, usize)| Channel {
+        name: format!("light.{}.{}", names.groups.get(part).map_or("", String::as_str), aov.channels[c]),
+        unit: aov.unit,
+        value: Box::new(move |pixel| film.part_mean(index, part, pixel).unwrap_or_default()[c] as f32),
+    };
+    parts.map(channel).collect()
 }
 
 /// Header attributes of a film's Cryptomattes: name and text.

@@ -4,7 +4,7 @@
 //! in area (density d^2/(A cos) per solid angle); the sky by a cumulative table over its texels, uniform in solid angle inside
 //! one. A sphere seen from outside shows only its near side: points on the far side bring nothing, and have no density.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
@@ -28,7 +28,11 @@ pub struct Lights {
     sky_share: f64,
     /// Of all samples.
     lamp_share: f64,
-    lamps: Vec<Lamp>,
+    /// Each with its light group.
+    lamps: Vec<(Lamp, u32)>,
+    pub sky_group: u32,
+    /// Names of the light groups, as they rank in the alphabet.
+    groups: BTreeSet<String>,
     /// Primitive numbers, and the cumulative probability up to and including each.
     emitters: Vec<(u32, f64)>,
     /// By primitive: probability among the emitters; empty when there are none.
@@ -45,8 +49,9 @@ impl Lights {
             .filter(|w| w.1 > 0.0)
             .collect();
         let total: f64 = weights.iter().map(|w| w.1).sum();
-        let lamps: Vec<Lamp> = world.scene.lights.iter().map(|l| l.lamp).collect();
-        let mut lights = Self { sky: Sky::of(world), ..Self::default() };
+        let mut lights = Self { sky: Sky::of(world), groups: groups(world), ..Self::default() };
+        let lamps = world.scene.lights.iter().map(|l| (l.lamp, lights.group(&l.group))).collect::<Vec<_>>();
+        lights.sky_group = lights.group(&world.scene.sky_group);
         if total > 0.0 {
             let mut sum = 0.0;
             for &(primitive, weight) in &weights {
@@ -69,16 +74,27 @@ impl Lights {
         lights
     }
 
+    /// How many names come before this one.
+    fn group(&self, name: &Option<String>) -> u32 {
+        let name = name.clone().unwrap_or_else(|| "default".to_owned());
+        self.groups.range::<String, _>(..&name).count() as u32
+    }
+
+    /// By material.
+    pub fn material_groups(&self, world: &Independent) -> Vec<u32> {
+        world.scene.materials.iter().map(|m| self.group(&m.group)).collect()
+    }
+
     pub fn sky_density(&self, direction: DVec3) -> f64 {
         self.sky_share * self.sky.density(direction)
     }
 
-    /// Suns seen in this direction: radiance and density.
-    pub fn suns(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64)) {
-        for lamp in &self.lamps {
+    /// Suns seen in this direction: radiance, density and group.
+    pub fn suns(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64, u32)) {
+        for (lamp, group) in &self.lamps {
             let (radiance, density) = lamp.model().arriving(direction);
             if radiance != DVec3::ZERO {
-                visit(radiance, density * self.lamp_share / self.lamps.len() as f64);
+                visit(radiance, density * self.lamp_share / self.lamps.len() as f64, *group);
             }
         }
     }
@@ -106,11 +122,12 @@ impl Lights {
                 density: self.sky_density(direction),
                 is_delta: false,
                 primitive: NONE,
+                group: self.sky_group,
             });
         }
         if which < self.sky_share + self.lamp_share {
             let count = self.lamps.len();
-            let lamp =
+            let (lamp, group) =
                 self.lamps[((random.unit(vertex, sampler::LIGHT_FRACTION) * count as f64) as usize).min(count - 1)];
             let c = lamp.model().connect(from, u);
             return Some(LightSample {
@@ -120,6 +137,7 @@ impl Lights {
                 density: c.pdf * self.lamp_share / count as f64,
                 is_delta: lamp.kind().is_delta(),
                 primitive: NONE,
+                group,
             });
         }
         let choice = random.unit(vertex, sampler::LIGHT_FRACTION);
@@ -141,8 +159,22 @@ impl Lights {
         let hit = Hit { t: distance, primitive, barycentric, is_far: false };
         let ray = Ray { origin: from, direction, leaves: primitive, ignores: primitive, cone: DVec2::ZERO };
         let density = self.emitter_density(world, &ray, &hit);
-        Some(LightSample { direction, distance, radiance, density, is_delta: false, primitive })
+        let group = self.group(&material.group);
+        Some(LightSample { direction, distance, radiance, density, is_delta: false, primitive, group })
     }
+}
+
+/// Every name that a light has.
+fn groups(world: &Independent) -> BTreeSet<String> {
+    let scene = world.scene;
+    let of_shape = |i: &crate::scene::Instance| {
+        let material = &scene.materials[i.material];
+        material.emission.as_ref().map(|_| material.group.clone())
+    };
+    let lamps = scene.lights.iter().map(|l| l.group.clone());
+    let sky = scene.sky.as_ref().map(|_| scene.sky_group.clone());
+    let all = scene.instances.iter().filter_map(of_shape).chain(lamps).chain(sky);
+    all.map(|group| group.unwrap_or_else(|| "default".to_owned())).collect()
 }
 
 /// From outside, a sphere hides the points that face away. `OUTSIDE` keeps points of the sphere itself, rounded, inside.

@@ -24,7 +24,8 @@ pub(super) type Pyramid = Vec<Level>;
 /// By texture of the scene.
 pub(super) fn pyramids(scene: &Scene) -> Vec<Pyramid> {
     let is_presence = |number: usize| {
-        scene.materials.iter().any(|m| match &m.alpha {
+        // A material that no shape has says nothing of a texture.
+        scene.instances.iter().any(|i| match &scene.materials[i.material].alpha {
             Alpha::Mask { value, .. } | Alpha::Blend { value } => reads(value, number),
             Alpha::Opaque => false,
         })

@@ -38,6 +38,8 @@ pub struct Independent<'a> {
     /// By texture.
     pyramids: Vec<mip::Pyramid>,
     lights: Lights,
+    /// By material: number of its light group.
+    groups: Vec<u32>,
     /// Of the camera, when it is a surface meter.
     elements: camera::Elements,
     nests: bool,
@@ -56,11 +58,13 @@ impl<'a> Independent<'a> {
             inputs,
             pyramids: mip::pyramids(scene),
             lights: Lights::default(),
+            groups: Vec::new(),
             elements: camera::Elements::new(),
             nests: false,
             camera_inside: Inside::default(),
         };
         world.lights = Lights::of(&world);
+        world.groups = world.lights.material_groups(&world);
         world.elements = camera::elements(&world);
         world.nests = world.bodies_overlap();
         let place = scene.camera.to_world.translation;
@@ -373,6 +377,7 @@ impl World for Independent<'_> {
             params,
             transmits,
             emission: self.emission(material, &point, ray.direction),
+            group: self.groups[self.scene.instances[instance].material],
             boundary: (transmits && !is_thin(material)).then(|| match material.interior {
                 Some(_) => self.scene.instances[instance].material as u32,
                 None => NONE,
@@ -398,10 +403,10 @@ impl World for Independent<'_> {
         }
     }
 
-    fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64)) {
+    fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64, u32)) {
         let radiance = self.lights.sky.radiance(direction);
         if radiance != DVec3::ZERO {
-            visit(radiance, self.lights.sky_density(direction));
+            visit(radiance, self.lights.sky_density(direction), self.lights.sky_group);
         }
         self.lights.suns(direction, visit);
     }

@@ -18,7 +18,7 @@ const ALBEDO: DVec3 = DVec3::new(0.7, 0.5, 0.3);
 fn floor(name: &str, lamps: &[Lamp]) -> Scene {
     let mut scene = narrow(name, DVec3::new(0.0, 1.0, 0.5), DVec3::ZERO);
     place(&mut scene, "floor", Shape::Rectangle, floor_at(DVec3::ZERO, 10.0), lambert(ALBEDO));
-    scene.lights = lamps.iter().map(|&lamp| Light { name: name.to_owned(), lamp }).collect();
+    scene.lights = lamps.iter().map(|&lamp| Light { name: name.to_owned(), lamp, group: None }).collect();
     scene
 }
 

@@ -221,6 +221,15 @@ impl Replay {
         }
     }
 
+    /// Light group of a row of `lights`.
+    fn group(&self, light: u32) -> u32 {
+        let of = |l: &LightRecord| match self.prepared.materials.get(l.material as usize) {
+            Some(material) => material.group,
+            None => l.shape,
+        };
+        self.prepared.lights.get(light as usize).map_or(0, of)
+    }
+
     fn pmf(&self, light: u32) -> f64 {
         self.prepared.lights.get(light as usize).map_or(0.0, |l| l.pmf.into())
     }
@@ -395,6 +404,7 @@ impl World for Replay {
             params,
             transmits,
             emission: self.emission(material, &point, ray.direction.dot(geometric_normal) < 0.0),
+            group: material.group,
             boundary: (transmits && material.flags & MATERIAL_THIN == 0).then_some(material.interior),
         }
     }
@@ -404,11 +414,11 @@ impl World for Replay {
         Medium { absorption: vec(record.absorption), index: record.eta.into(), priority: self.ranks[medium as usize] }
     }
 
-    fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64)) {
+    fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64, u32)) {
         for kind in light::KINDS {
             if let Reach::Infinity(arriving) = kind.reach {
                 arriving(&self.prepared, direction, &mut |radiance, row, density| {
-                    visit(radiance, self.pmf(row) * density);
+                    visit(radiance, self.pmf(row) * density, self.group(row));
                 });
             }
         }
@@ -448,6 +458,7 @@ impl World for Replay {
             density,
             is_delta: kind.is_delta(),
             primitive: c.primitive,
+            group: self.group(index),
         };
         (density > 0.0).then_some(sample)
     }

@@ -20,7 +20,8 @@ pub fn lamps(size: u32) -> Scene {
     }
     let shelf = wall(DVec3::new(0.0, 1.1, -0.6), DVec3::Y, [0.8, 0.2]);
     place(&mut s, "shelf", Shape::Rectangle, shelf, lambert(DVec3::splat(0.5)));
-    place(&mut s, "globe", Shape::Sphere, sphere_at(DVec3::new(1.4, 1.4, 0.4), 0.15), lamp(DVec3::new(6.0, 5.0, 3.0)));
+    let practical = Material { group: Some("practical".to_owned()), ..lamp(DVec3::new(6.0, 5.0, 3.0)) };
+    place(&mut s, "globe", Shape::Sphere, sphere_at(DVec3::new(1.4, 1.4, 0.4), 0.15), practical);
     s.sky = Some(Sky { radiance: SkyRadiance::Uniform(DVec3::new(0.03, 0.04, 0.06)), rotation_rad: 0.0, scale: 1.0 });
     let h = |deg: f64| one_minus_cos(deg.to_radians());
     let toward = |x: f64, y: f64, z: f64| DVec3::new(x, y, z).normalize();
@@ -44,7 +45,28 @@ pub fn lamps(size: u32) -> Scene {
             half_angle_rad: 0.06,
         }),
     ];
-    s.lights = lamps.into_iter().enumerate().map(|(k, lamp)| Light { name: format!("lamp {k}"), lamp }).collect();
+    // The point and the sun are one group, spots and the directional light have none.
+    let group = |k: usize| [0, 5].contains(&k).then(|| "key".to_owned());
+    let light = |(k, lamp)| Light { name: format!("lamp {k}"), lamp, group: group(k) };
+    s.lights = lamps.into_iter().enumerate().map(light).collect();
+    s.sky_group = Some("sky".to_owned());
+    s
+}
+
+/// Two wide suns of different light groups in view, over a ball on a floor, under a sky of a third.
+pub fn suns(size: u32) -> Scene {
+    let mut s = empty("suns", camera(DVec3::new(0.0, 1.2, 4.0), DVec3::Y, 70f64.to_radians()), size);
+    place(&mut s, "floor", Shape::Rectangle, wall(DVec3::ZERO, DVec3::Y, [3.0, 3.0]), lambert(DVec3::splat(0.6)));
+    let center = DVec3::new(-0.4, 0.5, 0.5);
+    place(&mut s, "ball", Shape::Sphere, sphere_at(center, 0.5), lambert(DVec3::new(0.7, 0.6, 0.3)));
+    let sun = |name: &str, x: f64, irradiance| Light {
+        name: name.to_owned(),
+        lamp: Lamp::Sun(Sun { to_light: DVec3::new(x, 0.4, -1.0).normalize(), irradiance, half_angle_rad: 0.25 }),
+        group: Some(name.to_owned()),
+    };
+    s.lights = vec![sun("morning", 0.6, DVec3::new(0.8, 0.5, 0.3)), sun("evening", -0.5, DVec3::new(0.7, 0.3, 0.2))];
+    s.sky = Some(Sky { radiance: SkyRadiance::Uniform(DVec3::new(0.1, 0.2, 0.4)), rotation_rad: 0.0, scale: 1.0 });
+    s.sky_group = Some("sky".to_owned());
     s
 }
 
@@ -63,7 +85,8 @@ pub fn glowing(size: u32) -> Scene {
         emission: Some(Value::Multiply(Box::new(look_up(texture)), Box::new(Value::scalar(strength)))),
         ..lambert(DVec3::splat(0.2))
     };
-    place(&mut s, "panel", Shape::Rectangle, wall(DVec3::new(-0.9, 1.0, -0.5), DVec3::Z, [0.6, 0.5]), glow(0, 1.0));
+    let panel = Material { group: Some("panel".to_owned()), ..glow(0, 1.0) };
+    place(&mut s, "panel", Shape::Rectangle, wall(DVec3::new(-0.9, 1.0, -0.5), DVec3::Z, [0.6, 0.5]), panel);
     place(&mut s, "globe", Shape::Sphere, sphere_at(DVec3::new(0.8, 0.7, 0.2), 0.4), glow(1, 3.0));
     s.meshes.push(Mesh {
         name: "tile".to_owned(),

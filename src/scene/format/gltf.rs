@@ -71,6 +71,8 @@ pub struct Loaded {
     pub material_source: Vec<Option<usize>>,
     /// For each instance, its node's number.
     pub node_source: Vec<usize>,
+    /// For each light, its node's path and number.
+    pub light_source: Vec<(String, usize)>,
 }
 
 pub fn load(path: &Path, choice: Choice<'_>) -> Result<Loaded, Error> {
@@ -80,8 +82,15 @@ pub fn load(path: &Path, choice: Choice<'_>) -> Result<Loaded, Error> {
     note_motion(&file.document, &mut scene.notes);
     let variant = variants::chosen(&file, choice.variant, &mut scene)?;
     let placed = nodes::placed(&file, choice.scene, &mut scene.notes)?;
-    let mut builder =
-        Builder { file: &file, scene, variant, primitives: HashMap::new(), uses: Vec::new(), node_source: Vec::new() };
+    let mut builder = Builder {
+        file: &file,
+        scene,
+        variant,
+        primitives: HashMap::new(),
+        uses: Vec::new(),
+        node_source: Vec::new(),
+        light_source: Vec::new(),
+    };
     for entry in &placed {
         builder.node(entry)?;
     }
@@ -98,6 +107,7 @@ struct Builder<'f> {
     /// For each instance, the material of the file it wears, and how.
     uses: Vec<(Option<usize>, Wear)>,
     node_source: Vec<usize>,
+    light_source: Vec<(String, usize)>,
 }
 
 impl Builder<'_> {
@@ -108,6 +118,7 @@ impl Builder<'_> {
         }
         if let Some(light) = &node.extensions.light {
             self.scene.lights.push(lights::read(self.file, light.light, placed, &mut self.scene.notes)?);
+            self.light_source.push((placed.path.clone(), placed.node));
         }
         let Some(mesh) = node.mesh else { return Ok(()) };
         let place = nodes::place(self.file, placed.node);
@@ -230,7 +241,12 @@ impl Builder<'_> {
             self.scene.instances[instance].material = number;
         }
         dedup(&mut self.scene.notes);
-        Ok(Loaded { scene: self.scene, material_source, node_source: self.node_source })
+        Ok(Loaded {
+            scene: self.scene,
+            material_source,
+            node_source: self.node_source,
+            light_source: self.light_source,
+        })
     }
 }
 

@@ -47,5 +47,5 @@ pub fn load(path: &Path) -> Result<Loaded, Error> {
     }
     super::tangents::complete(&mut scene);
     let material_source = (0..scene.materials.len()).map(Some).collect();
-    Ok(Loaded { scene, material_source, node_source })
+    Ok(Loaded { scene, material_source, node_source, light_source: Vec::new() })
 }

@@ -39,7 +39,7 @@ pub fn load(path: &Path) -> Result<Loaded, Error> {
     let (name, to_world) = (mesh.name.clone(), glam::DAffine3::IDENTITY);
     scene.instances.push(Instance { name, shape: Shape::Mesh(0), to_world, material: 0 });
     scene.meshes.push(mesh);
-    Ok(Loaded { scene, material_source: vec![Some(0)], node_source: vec![0] })
+    Ok(Loaded { scene, material_source: vec![Some(0)], node_source: vec![0], light_source: Vec::new() })
 }
 
 /// What a property of a vertex is for: a slot of the twelve numbers that are kept.

@@ -6,6 +6,7 @@
 mod camera;
 mod copies;
 mod film;
+mod group;
 pub mod keys;
 mod light;
 mod material;
@@ -39,6 +40,8 @@ struct Builder<'a> {
     scene: Scene,
     textures: HashMap<String, usize>,
     materials: HashMap<String, usize>,
+    /// Copies of materials in other light groups.
+    grouped: HashMap<(usize, String), usize>,
 }
 
 pub fn load(path: &Path) -> Result<Scene, Error> {
@@ -60,8 +63,14 @@ pub fn parse(text: &str, path: &Path) -> Result<Scene, Error> {
     let top = Table::over(source, keys::TOP.name, 0..0, root.get_ref());
     top.check_keys(&[&keys::TOP], &[])?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut builder =
-        Builder { source, folder, scene: Scene::default(), textures: HashMap::new(), materials: HashMap::new() };
+    let mut builder = Builder {
+        source,
+        folder,
+        scene: Scene::default(),
+        textures: HashMap::new(),
+        materials: HashMap::new(),
+        grouped: HashMap::new(),
+    };
     builder.scene.name = top.text("name")?.unwrap_or_default().to_string();
     builder.film(&top)?;
     for item in top.tables("texture")? {
@@ -124,6 +133,7 @@ impl<'a> Builder<'a> {
             sky.scale *= lux / LUMEN_PER_WATT / now;
         }
         self.scene.sky = Some(sky);
+        self.scene.sky_group = group::group(&table)?;
         Ok(())
     }
 

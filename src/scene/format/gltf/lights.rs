@@ -46,7 +46,7 @@ pub fn read(file: &File<'_>, index: usize, placed: &Placed, notes: &mut Vec<Stri
         }
         other => return Err(fail(format!("type \"{other}\" is not point, spot or directional; correct it"))),
     };
-    Ok(Light { name: light.name.clone().unwrap_or_else(|| placed.path.clone()), lamp })
+    Ok(Light { name: light.name.clone().unwrap_or_else(|| placed.path.clone()), lamp, group: None })
 }
 
 /// The specification's inner and outer cone; the same angle twice is the hard cone that their limit is.

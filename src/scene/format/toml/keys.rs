@@ -75,11 +75,13 @@ pub const SKY: Section = section!("[sky]", "Light from infinitely far away: `fil
     "rotate_deg": "number" = "0"; "turns it about +y",
     "scale": "number >= 0" = "1"; "factor on the radiance",
     "illuminance_lx": "number, lx" = "none"; "instead of `scale`: what a horizontal plane without anything above it gets",
+    "group": "name" = "\"default\""; "its light group: `--aov light_groups` keeps the light of each apart (docs/film.md)",
 );
 
 pub const LIGHT: Section = section!("[[light]]", "A light without a surface. Exactly one of its keys in W, lm, cd, lx says how strong it is. A number keeps its luminance (683 lm a watt) whatever the colour; a triple is taken channel by channel.",
     "type": "\"point\", \"spot\" or \"directional\"" = "required"; "kind",
     "name": "string" = "the type"; "for messages",
+    "group": "name" = "\"default\""; "its light group: `--aov light_groups` keeps the light of each apart (docs/film.md)",
     "color": "[r, g, b]" = "white"; "linear; its luminance is divided out",
     "temperature_k": "number in 500..100000, K" = "none"; "instead of `color`: that of a black body",
 );
@@ -136,6 +138,7 @@ pub const MATERIAL: Section = section!("[[material]]", "A surface. Its other key
     "emission": "value, W/(m2 sr)" = "none"; "radiance it emits, linear RGB",
     "emission_nt": "value, cd/m2" = "none"; "the same in nits: luminance 683 Y of the radiance",
     "emission_two_sided": "boolean" = "false"; "emits on the back too",
+    "group": "name" = "\"default\""; "light group of what it emits (docs/film.md)",
     "alpha": "value" = "1"; "presence: how likely a ray meets the surface",
     "alpha_cutoff": "number" = "none"; "with it the surface is there exactly where alpha >= cutoff",
     "normal_map": "{ texture = \"name\", strength = 1, ... }" = "none"; "tangent-space normals, x and y times strength",
@@ -163,6 +166,7 @@ pub const SHAPE: Section = section!("[[shape]]", "Something to see. All kinds sh
     "material": "string" = "grey lambert"; "name of a `[[material]]`",
     "power": "number or [r, g, b], W" = "none"; "makes it a lamp that emits so much in all, in the colour of its material's emission; not with textures",
     "power_lm": "number, lm" = "none"; "the same in lumens",
+    "group": "name" = "its material's"; "light group of what it emits; on a shape that shines",
     "scale": "number or [x, y, z]" = "1"; "spheres take one number, discs one for both directions in their plane",
     "rotate_deg": "[x, y, z] or number" = "0"; "about x, then y, then z; one number with `rotate_axis`",
     "rotate_axis": "[x, y, z]" = "none"; "axis of a single turn, counter-clockwise",
@@ -216,6 +220,7 @@ pub const MODEL: Section = section!("[[model]]", "A .gltf, .glb, .obj or .ply fi
     "matrix": "16 numbers" = "none"; "as for shapes",
     "copies": "[{ translate = [...], ... }, ...]" = "one, where it is"; "as for shapes",
     "copies_file": "path" = "none"; "as for shapes",
+    "group": "name" = "none"; "light group of all its lights and of its materials that shine",
 );
 
 pub const COPY: Section = section!("copy", "One entry of `copies`, of a shape or a model: scaled, then turned, then moved.",
@@ -227,7 +232,8 @@ pub const COPY: Section = section!("copy", "One entry of `copies`, of a shape or
 );
 
 pub const NODE: Section = section!("[node.\"path/name\"]", "Patches what a model brought, by the names on the way down joined with `/`, by the last name, or by the index of the node in the file. Two that match are an error.",
-    "visible": "boolean" = "true"; "false leaves the node's own shapes out",
+    "visible": "boolean" = "true"; "false leaves the node's own shapes and lights out",
+    "group": "name" = "its materials'"; "light group of its lights and of its shapes that shine",
     "material": "string" = "its own"; "name of a `[[material]]`",
 );
 

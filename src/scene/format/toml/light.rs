@@ -52,7 +52,8 @@ impl<'a> Builder<'a> {
             _ => directional(&table, color)?,
         };
         let name = table.text("name")?.unwrap_or(&kind).to_string();
-        self.scene.lights.push(Light { name, lamp });
+        let group = super::group::group(&table)?;
+        self.scene.lights.push(Light { name, lamp, group });
         Ok(())
     }
 }

@@ -44,6 +44,7 @@ pub fn plain(name: &str, bsdf: usize) -> Material {
         inputs,
         emission: None,
         emission_two_sided: false,
+        group: None,
         alpha: Alpha::Opaque,
         normal_map: None,
         interior: None,
@@ -188,6 +189,9 @@ impl<'a> Builder<'a> {
         }
         if let Some(two_sided) = table.boolean("emission_two_sided")? {
             material.emission_two_sided = two_sided;
+        }
+        if let Some(name) = super::group::group(table)? {
+            material.group = Some(name);
         }
         let cutoff = table.number("alpha_cutoff")?;
         let alpha = match (value("alpha")?, &material.alpha) {

@@ -21,6 +21,9 @@ pub struct Brought {
     instances: Range<usize>,
     /// For each of `instances`, its node's number in the file.
     node_source: Vec<usize>,
+    lights: Range<usize>,
+    /// For each of `lights`, its node's path and number in the file.
+    light_source: Vec<(String, usize)>,
 }
 
 impl<'a> Builder<'a> {
@@ -57,7 +60,12 @@ impl<'a> Builder<'a> {
                     model.lights.push(light);
                 }
             }
+            if let Some(group) = super::group::group(&table)? {
+                model.lights.iter_mut().for_each(|l| l.group = Some(group.clone()));
+                model.materials.iter_mut().for_each(|m| m.group = Some(group.clone()));
+            }
             let (materials, instances) = (self.scene.materials.len(), self.scene.instances.len());
+            let first_light = self.scene.lights.len();
             // A file that was brought before has its meshes here already: both places share them.
             let first_mesh = *meshes.entry((path, table.text("variant")?, scene)).or_insert(self.scene.meshes.len());
             if first_mesh < self.scene.meshes.len() {
@@ -70,6 +78,8 @@ impl<'a> Builder<'a> {
                 material_source: loaded.material_source,
                 instances: instances..self.scene.instances.len(),
                 node_source: loaded.node_source.repeat(copies.len()),
+                lights: first_light..self.scene.lights.len(),
+                light_source: vec![loaded.light_source; copies.len()].concat(),
             });
         }
         Ok(brought)
@@ -81,7 +91,9 @@ impl<'a> Builder<'a> {
             return Err(self.source.error(item.span(), "write [node.\"path/name\"], with the node's name"));
         };
         let all = Table::over(self.source, keys::NODE.name, item.span(), entries);
-        let mut hidden = vec![false; self.scene.instances.len()];
+        let instance_count = self.scene.instances.len();
+        // Of instances, then of lights.
+        let mut hidden = vec![false; instance_count + self.scene.lights.len()];
         for (key, item) in all.entries() {
             let table = Table::open(self.source, item, &[&keys::NODE], &[])?;
             let found = find_nodes(&self.scene, brought, key.get_ref())
@@ -91,15 +103,36 @@ impl<'a> Builder<'a> {
             }
             if let Some(name) = table.text("material")? {
                 let material = self.named(&self.materials, &table, "material", name)?;
-                found.iter().for_each(|i| self.scene.instances[*i].material = material);
+                let of_shapes = found.iter().filter(|i| **i < instance_count);
+                of_shapes.for_each(|i| self.scene.instances[*i].material = material);
+            }
+            if let Some(name) = super::group::group(&table)? {
+                self.group_nodes(&table, &found, &name)?;
             }
         }
-        let mut index = 0;
-        self.scene.instances.retain(|_| {
-            index += 1;
-            !hidden[index - 1]
-        });
+        let mut is_hidden = hidden.into_iter();
+        self.scene.instances.retain(|_| is_hidden.next() != Some(true));
+        self.scene.lights.retain(|_| is_hidden.next() != Some(true));
         Ok(())
+    }
+}
+
+impl<'a> Builder<'a> {
+    /// Puts what shines of a node into a light group.
+    fn group_nodes(&mut self, table: &Table<'a>, found: &[usize], name: &str) -> Result<(), Error> {
+        let instance_count = self.scene.instances.len();
+        let mut is_any = false;
+        for &index in found {
+            if let Some(light) = index.checked_sub(instance_count) {
+                self.scene.lights[light].group = Some(name.to_owned());
+                is_any = true;
+            } else if self.scene.materials[self.scene.instances[index].material].emission.is_some() {
+                self.scene.instances[index].material = self.in_group(table, self.scene.instances[index].material)?;
+                is_any = true;
+            }
+        }
+        let reason = "names the light group of what the node emits, and it emits nothing; remove it";
+        if is_any { Ok(()) } else { Err(table.error("group", reason)) }
     }
 }
 
@@ -114,14 +147,23 @@ pub fn find_materials(scene: &Scene, brought: &[Brought], name: &str) -> Result<
     find(entries, brought, name, "material")
 }
 
-/// Instances of the node with this path, else this last name, else this number.
+/// Instances of the node with this path, else this last name, else this number; its lights are numbered after all instances.
 pub fn find_nodes(scene: &Scene, brought: &[Brought], name: &str) -> Result<Vec<usize>, String> {
     let entries = brought.iter().enumerate().flat_map(|(model, b)| {
         b.instances.clone().zip(&b.node_source).map(move |(index, source)| (index, model, Some(*source)))
     });
+    let lights = brought.iter().enumerate().flat_map(|(model, b)| {
+        b.lights.clone().zip(&b.light_source).map(move |(light, (path, source))| (light, model, *source, path))
+    });
     let mut entries: Vec<_> = entries
         .map(|(index, model, source)| Candidate { index, model, source, name: scene.instances[index].name.clone() })
         .collect();
+    entries.extend(lights.map(|(light, model, source, path)| Candidate {
+        index: scene.instances.len() + light,
+        model,
+        source: Some(source),
+        name: path.clone(),
+    }));
     if !entries.iter().any(|e| e.name == name) {
         for entry in &mut entries {
             let last = entry.name.rsplit('/').next().unwrap_or("").to_string();

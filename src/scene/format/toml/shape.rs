@@ -52,6 +52,7 @@ impl<'a> Builder<'a> {
         for copy in copies(&table, self.folder)? {
             let to_world = copy * placed * own;
             let material = self.with_power(&table, material, &[shape], &to_world)?;
+            let material = self.in_group(&table, material)?;
             self.scene.instances.push(Instance { name: name.clone(), shape, to_world, material });
         }
         Ok(())
@@ -83,6 +84,7 @@ impl<'a> Builder<'a> {
         for copy in copies(table, self.folder)? {
             let to_world = copy * *placed;
             let material = self.with_power(table, material, &shapes, &to_world)?;
+            let material = self.in_group(table, material)?;
             for &shape in &shapes {
                 self.scene.instances.push(Instance { name: name.into(), shape, to_world, material });
             }
