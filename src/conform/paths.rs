@@ -34,7 +34,13 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
     let (mut models, missing) = some_models(scale.size);
     models.push(scenes::mipmapped(scale.size));
     let known: Vec<known::Known> = known::all().into_iter().chain(meters::all()).chain(known_nested::all()).collect();
-    let aov_scenes = [scenes::alpha_sheets(32), scenes::textured(32), scenes::materials(32), scenes::lights::lamps(32)];
+    let aov_scenes = [
+        scenes::alpha_sheets(32),
+        scenes::textured(32),
+        scenes::materials(32),
+        scenes::lights::lamps(32),
+        scenes::lights::suns(32),
+    ];
     let grouped = [scenes::lights::lamps(scale.size), scenes::lights::glowing(scale.size)];
     let cameras = camera::scenes(scale.size / 2);
     let losses = ledger::losses();
