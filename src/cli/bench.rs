@@ -33,6 +33,8 @@ pub struct Args {
     json: bool,
 }
 
+const BENCHES: [&str; 5] = ["build", "rays", "instances", "samples", "specialise"];
+
 /// Image side of the generated scenes, pixels.
 const SIZE: u32 = 128;
 
@@ -40,16 +42,27 @@ const SIZE: u32 = 128;
 const PEER_A: &str = include_str!("../../scenes/peer_a.toml");
 
 pub fn run(args: &Args) -> anyhow::Result<Exit> {
+    let is_wanted = |name: &str| name.contains(&args.filter);
+    anyhow::ensure!(
+        BENCHES.into_iter().any(is_wanted),
+        "--filter: no bench contains \"{}\"; there are {}",
+        args.filter,
+        BENCHES.join(", ")
+    );
+    anyhow::ensure!(
+        is_wanted("samples") || (args.scenes.is_empty() && args.tried.is_none()),
+        "scene files and --try are for the bench `samples`, which --filter {} leaves out",
+        args.filter
+    );
     let Selected::Vulkan(device) = gpu::select(&Choice::from(args.device.as_str()), &gpu::Options::default())? else {
         anyhow::bail!("bench measures Vulkan devices, and there is none: run ./x once, which installs software Vulkan");
     };
     let rounds = args.rounds as usize;
-    let is_wanted = |name: &str| name.contains(&args.filter);
     if is_wanted("build") {
-        println!("{}", serde_json::to_string(&bench_rays::build())?);
+        println!("{}", serde_json::to_string(&bench_rays::build(rounds))?);
     }
     if is_wanted("rays") {
-        for row in bench_rays::rays(&device)? {
+        for row in bench_rays::rays(&device, rounds)? {
             println!("{}", serde_json::to_string(&row)?);
         }
     }

@@ -31,7 +31,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
     /// Samples a pixel of a rendered reference [default: 32 times what the fastest variant takes in the budget]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(32..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(32..), conflicts_with = "reference")]
     reference_spp: Option<u64>,
     /// Variants: words joined by +, such as mis+independent, bsdf, mis+everything, mis+cpu
     #[arg(long, value_name = "V,V...", value_delimiter = ',', default_value = "mis,mis+independent,bsdf,light")]
@@ -67,6 +67,11 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     let variants: Vec<Variant> = (args.variants.iter())
         .map(|name| Variant::parse(name, &base).map_err(|e| anyhow::anyhow!("--variants: {e}")))
         .collect::<Result<_, _>>()?;
+    anyhow::ensure!(
+        args.reference.is_none() || args.scenes.len() == 1,
+        "--reference is a picture of one scene, and {} are given; run them one by one",
+        args.scenes.len()
+    );
     let references = args.output.join("references");
     std::fs::create_dir_all(&references).map_err(|e| Error::io("create", &references, e))?;
     output::check(&args.output.join("index.html"))?;

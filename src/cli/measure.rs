@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use steradian::film::slot::BLOCK_SAMPLES;
-use steradian::integrator::{DEFAULT_MAX_DEPTH, Estimator, SamplerKind, Settings};
+use steradian::integrator::{Estimator, SamplerKind};
 use steradian::measure::{self, Reading, Stops};
 use steradian::scene::{self, Scene};
 
 use super::interrupt::Interrupt;
+use super::scene_args::{SkyArgs, TransportArgs};
 use super::{Exit, say};
 
 #[derive(clap::Args)]
@@ -29,15 +30,10 @@ pub struct Args {
     /// auto, cpu, an index of `steradian devices`, or part of a name
     #[arg(long, value_name = "D", default_value = "auto")]
     device: String,
-    #[arg(long, default_value_t = 0)]
-    seed: u32,
-    #[arg(long, default_value = "mis")]
-    estimator: Estimator,
-    #[arg(long, default_value = "sobol")]
-    sampler: SamplerKind,
-    /// Path edges: 1 is emission seen directly, 2 one bounce [default: the scene's, else 4096]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535))]
-    max_depth: Option<u32>,
+    #[command(flatten)]
+    transport: TransportArgs,
+    #[command(flatten)]
+    sky: SkyArgs,
     #[command(flatten)]
     kernel: super::source::KernelArgs,
 }
@@ -61,15 +57,10 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     let interrupt = Interrupt::install()?;
     let mut scene = scene::format::load(&args.scene)?;
     let sensors = chosen(args, &scene)?;
+    args.sky.apply(&mut scene)?;
     scene::ensure_light(&mut scene);
     scene.notes.iter().for_each(say);
-    let settings = Settings {
-        estimator: args.estimator,
-        sampler: args.sampler,
-        max_depth: args.max_depth.or(scene.film.max_depth).unwrap_or(DEFAULT_MAX_DEPTH),
-        seed: args.seed,
-        ..Settings::default()
-    };
+    let settings = args.transport.settings(&scene);
     let stops = Stops { blocks: blocks(args), error: args.error };
     let mut readings = Vec::new();
     let mut last_device = String::new();
@@ -90,9 +81,9 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
             let line = Line {
                 scene: args.scene.display().to_string(),
                 reading: &reading,
-                seed: args.seed,
-                estimator: args.estimator,
-                sampler: args.sampler,
+                seed: settings.seed,
+                estimator: settings.estimator,
+                sampler: settings.sampler,
                 max_depth: settings.max_depth,
                 device: device.name.clone(),
                 device_kind: device.kind.clone(),

@@ -46,11 +46,11 @@ pub struct Args {
     #[command(flatten)]
     kernel: super::source::KernelArgs,
     /// Stops of exposure for .png, besides what the scene's shutter, ISO and f-number say
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = super::parse_finite)]
-    exposure: f64,
-    /// How .png files show what is brighter than white: clipped, or by Khronos PBR Neutral
-    #[arg(long, value_name = "T", default_value = "none")]
-    tonemap: Tonemap,
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = super::parse_finite)]
+    exposure: Option<f64>,
+    /// How .png files show what is brighter than white: clipped, or by Khronos PBR Neutral [default: none]
+    #[arg(long, value_name = "T")]
+    tonemap: Option<Tonemap>,
     /// Finishes the image band by band, top to bottom, in little memory; ends by --spp only
     #[arg(long)]
     tiled: bool,
@@ -80,8 +80,14 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     // Load and resolve.
     let begun = Instant::now();
     let scene = args.scene.load()?;
-    let has_exr = outputs.iter().any(|path| Format::of(path).is_ok_and(|f| f == Format::Exr));
-    let aovs = match (&args.aov, has_exr) {
+    let has = |format| outputs.iter().any(|path| Format::of(path).is_ok_and(|f| f == format));
+    for (flag, is_given) in [("--exposure", args.exposure.is_some()), ("--tonemap", args.tonemap.is_some())] {
+        anyhow::ensure!(
+            !is_given || has(Format::Png),
+            "{flag} is for .png files, and none is written; others hold radiance"
+        );
+    }
+    let aovs = match (&args.aov, has(Format::Exr)) {
         (Some(chosen), true) => *chosen,
         (None, true) => Aovs::usual(),
         (Some(chosen), false) if *chosen != Aovs::NONE => anyhow::bail!("--aov is for .exr files, and none is written"),
@@ -89,7 +95,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     };
     let aovs = aovs.of_scene(&scene).map_err(anyhow::Error::msg)?;
     let of_film = scene.film.shutter.map_or(0.0, |s| s.exposure_ev());
-    let look = Look { exposure_ev: args.exposure + of_film, tonemap: args.tonemap };
+    let look = Look { exposure_ev: args.exposure.unwrap_or(0.0) + of_film, tonemap: args.tonemap.unwrap_or_default() };
     let window = scene.film.window();
     let in_bands = args.tiled || args.max_memory.is_some();
     if !in_bands {
@@ -208,7 +214,7 @@ fn no_file_twice(args: &Args, outputs: &[PathBuf]) -> anyhow::Result<()> {
         folder.canonicalize().unwrap_or_else(|_| folder.to_owned()).join(path.file_name().unwrap_or_default())
     };
     let mut taken: Vec<PathBuf> =
-        [Some(args.scene.scene.as_path()), args.scene.env.as_deref()].into_iter().flatten().map(place).collect();
+        [Some(args.scene.scene.as_path()), args.scene.sky.env.as_deref()].into_iter().flatten().map(place).collect();
     for path in outputs.iter().chain(&args.record) {
         let at = place(path);
         anyhow::ensure!(

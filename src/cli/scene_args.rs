@@ -1,4 +1,4 @@
-//! What `render` and `inspect` share: the scene with the flags applied, and the settings of the transport.
+//! What commands share: the scene with the flags applied, its sky, and the settings of the transport.
 
 use std::path::{Path, PathBuf};
 
@@ -34,6 +34,15 @@ pub struct SceneArgs {
     pub filter_radius: Option<f64>,
     #[arg(long, default_value = "path")]
     pub integrator: IntegratorKind,
+    #[command(flatten)]
+    pub transport: TransportArgs,
+    #[command(flatten)]
+    pub sky: SkyArgs,
+}
+
+/// How paths are sampled.
+#[derive(clap::Args)]
+pub struct TransportArgs {
     #[arg(long, default_value = "mis")]
     pub estimator: Estimator,
     #[arg(long, default_value = "sobol")]
@@ -46,6 +55,23 @@ pub struct SceneArgs {
     /// Whether meshes that are placed several times are kept once
     #[arg(long, default_value = "auto")]
     pub instances: Instancing,
+}
+
+impl TransportArgs {
+    pub fn settings(&self, scene: &Scene) -> Settings {
+        Settings {
+            estimator: self.estimator,
+            sampler: self.sampler,
+            max_depth: self.max_depth.or(scene.film.max_depth).unwrap_or(DEFAULT_MAX_DEPTH),
+            seed: self.seed,
+            instancing: self.instances,
+            ..Settings::default()
+        }
+    }
+}
+
+#[derive(clap::Args)]
+pub struct SkyArgs {
     /// Sky instead of the scene's: a lat-long .hdr or .exr
     #[arg(long, value_name = "FILE")]
     pub env: Option<PathBuf>,
@@ -55,6 +81,36 @@ pub struct SceneArgs {
     /// Factor on the sky's radiance
     #[arg(long, value_name = "X", value_parser = super::parse_positive)]
     pub env_scale: Option<f64>,
+}
+
+impl SkyArgs {
+    /// The scene with its sky as the flags want it.
+    pub fn apply(&self, scene: &mut Scene) -> anyhow::Result<()> {
+        if let Some(path) = &self.env {
+            replace_sky(scene, path)?;
+        }
+        let source = scene.source.display().to_string();
+        let sky = |scene: &mut Scene, flag: &str| -> anyhow::Result<Sky> {
+            let no_sky = || anyhow::anyhow!("{flag}: {source} has no sky; give one with --env");
+            scene.sky.take().ok_or_else(no_sky)
+        };
+        if let Some(degrees) = self.env_rotate {
+            let mut turned = sky(scene, "--env-rotate")?;
+            anyhow::ensure!(
+                matches!(turned.radiance, SkyRadiance::Image(_)),
+                "--env-rotate: the sky of {source} is the same all around; give one with --env"
+            );
+            turned.rotation_rad = degrees.to_radians();
+            scene.sky = Some(turned);
+        }
+        if let Some(factor) = self.env_scale {
+            let mut scaled = sky(scene, "--env-scale")?;
+            scaled.scale *= factor;
+            scaled.check(&scene.images).map_err(|reason| anyhow::anyhow!("--env-scale {reason}"))?;
+            scene.sky = Some(scaled);
+        }
+        Ok(())
+    }
 }
 
 impl SceneArgs {
@@ -69,15 +125,7 @@ impl SceneArgs {
         if let Some(filter) = self.texture_filter {
             scene.texture_filter = filter;
         }
-        if let Some(path) = &self.env {
-            replace_sky(&mut scene, path)?;
-        }
-        if let Some(degrees) = self.env_rotate {
-            self.sky(&mut scene, "--env-rotate")?.rotation_rad = degrees.to_radians();
-        }
-        if let Some(factor) = self.env_scale {
-            self.sky(&mut scene, "--env-scale")?.scale *= factor;
-        }
+        self.sky.apply(&mut scene)?;
         scene::frame_camera(&mut scene);
         scene::ensure_light(&mut scene);
         Ok(scene)
@@ -98,22 +146,8 @@ impl SceneArgs {
         Ok(())
     }
 
-    fn sky<'a>(&self, scene: &'a mut Scene, flag: &str) -> anyhow::Result<&'a mut Sky> {
-        let no_sky = || anyhow::anyhow!("{flag}: {} has no sky; give one with --env", self.scene.display());
-        scene.sky.as_mut().ok_or_else(no_sky)
-    }
-
     pub fn settings(&self, scene: &Scene, aovs: Aovs) -> Settings {
-        Settings {
-            integrator: self.integrator,
-            estimator: self.estimator,
-            sampler: self.sampler,
-            max_depth: self.max_depth.or(scene.film.max_depth).unwrap_or(DEFAULT_MAX_DEPTH),
-            seed: self.seed,
-            instancing: self.instances,
-            aovs,
-            ..Settings::default()
-        }
+        Settings { integrator: self.integrator, aovs, ..self.transport.settings(scene) }
     }
 }
 

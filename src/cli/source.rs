@@ -58,6 +58,9 @@ pub fn open<'a>(scene: &'a Scene, settings: &Settings, options: &Options) -> any
         Selected::Vulkan(device) => Box::new(on_device(&device, &prepared, settings, &options.kernel)?),
         Selected::Cpu { reason } => {
             notes.extend(reason);
+            if options.kernel.everything || options.kernel.no_cache {
+                notes.push("the CPU reference has no kernel: --everything and --no-cache have no effect".into());
+            }
             if prepared.placed_triangle_count() > u64::from(u32::MAX) {
                 anyhow::bail!(
                     "the CPU reference numbers up to 2^32 triangles, and the scene places {}; use a Vulkan device",

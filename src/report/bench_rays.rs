@@ -16,7 +16,8 @@ use crate::bvh::{self, Bvh, Primitives};
 use crate::gpu::Device;
 use crate::prepare::records::TriangleRecord;
 
-const ROUNDS: usize = 9;
+/// Rounds that the README's figures were measured with.
+pub const ROUNDS: usize = 9;
 const SIDE: usize = 512;
 const EYE: Vec3 = Vec3::new(0.0, 6.0, 19.0);
 const LAMP: Vec3 = Vec3::new(3.0, 9.5, 2.0);
@@ -50,12 +51,12 @@ pub struct BuildBench {
     pub depth: u32,
 }
 
-/// Median of nine builds of the bench's scene, without the validation that debug assertions add.
-pub fn build() -> BuildBench {
+/// Median of `rounds` builds of the bench's scene, without the validation that debug assertions add.
+pub fn build(rounds: usize) -> BuildBench {
     let corners = scene();
     let mut times = Vec::new();
     let mut tree = Bvh::default();
-    for _ in 0..ROUNDS {
+    for _ in 0..rounds {
         let start = Instant::now();
         tree = bvh::build_unchecked(&Primitives { triangles: &corners, ..Primitives::default() })
             .expect("the bench's scene is small")
@@ -74,7 +75,7 @@ pub fn build() -> BuildBench {
 }
 
 /// Primary, bounce 1, bounce 2 and shadow rays on `device` and in scalar Rust.
-pub fn rays(device: &Device) -> Result<Vec<RayBench>, TraceError> {
+pub fn rays(device: &Device, rounds: usize) -> Result<Vec<RayBench>, TraceError> {
     let corners = scene();
     let (bvh, _) =
         bvh::build(&Primitives { triangles: &corners, ..Primitives::default() }).expect("the bench's scene is small");
@@ -98,17 +99,17 @@ pub fn rays(device: &Device) -> Result<Vec<RayBench>, TraceError> {
     ];
     classes
         .into_iter()
-        .map(|(class, question, rays)| bench_class(device, &tracer, &g, class, question, &rays))
+        .map(|(class, question, rays)| bench_class(device, (&tracer, &g), class, question, &rays, rounds))
         .collect()
 }
 
 fn bench_class(
     device: &Device,
-    tracer: &Tracer,
-    g: &Geometry,
+    (tracer, g): (&Tracer, &Geometry),
     class: &'static str,
     question: Question,
     rays: &[Ray],
+    rounds: usize,
 ) -> Result<RayBench, TraceError> {
     let records: Vec<RayRecord> = rays
         .iter()
@@ -119,7 +120,7 @@ fn bench_class(
     batch.run()?;
     let (mut device_rate, mut scalar_rate, mut ratio) = (Vec::new(), Vec::new(), Vec::new());
     let mut scalar = Vec::new();
-    for _ in 0..ROUNDS {
+    for _ in 0..rounds {
         let on_device = batch.run()?.as_secs_f64();
         let start = Instant::now();
         scalar = rays.par_chunks(1024).flat_map_iter(|part| part.iter().map(|r| scalar_hit(g, question, r))).collect();

@@ -76,7 +76,7 @@ fn cameras() {
 #[test]
 fn flags() {
     let cornell = scene("cornell.toml").display().to_string();
-    let cases: [(&[&str], &[&str]); 31] = [
+    let cases: [(&[&str], &[&str]); 33] = [
         (&["--variant", "Red"], &["cornell.toml", "`variant`", "[[model]]"]),
         (&["--scene", "1"], &["cornell.toml", "`scene`", "[[model]]"]),
         (&["--texture-filter", "blur"], &["blur", "exact", "mipmap"]),
@@ -107,6 +107,8 @@ fn flags() {
         (&["--tonemap", "filmic"], &["filmic", "neutral"]),
         (&["--aov", "albdo", "-o", "a.exr"], &["albdo", "did you mean albedo"]),
         (&["--aov", "uv", "-o", "a.png"], &["--aov", ".exr"]),
+        (&["--exposure", "1", "-o", "a.exr"], &["--exposure", ".png"]),
+        (&["--tonemap", "none", "-o", "a.hdr"], &["--tonemap", ".png"]),
         (&["-o", "a.tif"], &["a.tif", "use .exr, .png or .hdr"]),
     ];
     for (flags, words) in cases {
@@ -116,6 +118,27 @@ fn flags() {
     }
     refuses(&["render"], &["SCENE"]);
     refuses(&["rendr", &cornell], &["rendr", "render"]);
+}
+
+/// Flags that would change nothing: what they are for is not there.
+#[test]
+fn flags_without_effect() {
+    let path = |name: &str| scene(name).display().to_string();
+    let (cornell, sky, meters) = (path("cornell.toml"), path("uniform_sky.toml"), path("lecture/meters.toml"));
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path().display().to_string();
+    refuses(&["render", &sky, "--env-rotate", "90"], &["--env-rotate", "the same all around"]);
+    refuses(&["render", &sky, "--env-scale", "1e300"], &["--env-scale", "1e18 is the most"]);
+    refuses(&["measure", &meters, "--instances", "often"], &["often", "auto, always, never"]);
+    refuses(&["bench", "--filter", "zorg"], &["zorg", "build, rays, instances, samples, specialise"]);
+    refuses(&["bench", &cornell, "--filter", "rays"], &["samples", "--filter rays"]);
+    let converge = ["converge", &cornell, "-o", &folder, "--reference", "a.exr"];
+    refuses(&[&converge[..], &["--reference-spp", "64"]].concat(), &["--reference-spp", "--reference"]);
+    refuses(&[&converge[..], &[&sky]].concat(), &["--reference", "one scene, and 2 are given"]);
+    let png = dir.path().join("a.png").display().to_string();
+    let cpu = ["--device", "cpu", "--size", "4x4", "--spp", "16", "--everything", "-o", &png];
+    let ran = super::run(&[&["render", cornell.as_str()], &cpu[..]].concat());
+    assert!(ran.code == 0 && ran.stderr.contains("--everything and --no-cache have no effect"), "{}", ran.stderr);
 }
 
 #[test]
