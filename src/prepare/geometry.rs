@@ -181,18 +181,13 @@ fn append_mesh(
 
 fn append_sphere(g: &mut Geometry, instance: &Instance, to_world: &DAffine3) -> Result<(), super::Error> {
     let m = to_world.matrix3;
-    let lengths = [m.x_axis.length(), m.y_axis.length(), m.z_axis.length()];
-    let radius = lengths[0];
-    let skew = m.x_axis.dot(m.y_axis).abs().max(m.y_axis.dot(m.z_axis).abs()).max(m.z_axis.dot(m.x_axis).abs());
-    // 1e-6: far above the rounding of composed f64 transforms, far below what an author could mean.
-    if lengths.iter().any(|l| (l - radius).abs() > 1e-6 * radius) || skew > 1e-6 * radius * radius {
-        return Err(super::Error::Transform {
-            instance: instance.name.clone(),
-            what: "stretches a sphere unevenly; use a mesh for an ellipsoid",
-        });
-    }
+    let fail = |what| Err(super::Error::Transform { instance: instance.name.clone(), what });
+    let radius = m.x_axis.length();
     if radius == 0.0 {
-        return Err(super::Error::Transform { instance: instance.name.clone(), what: "gives a sphere the radius 0" });
+        return fail("gives a sphere the radius 0");
+    }
+    if let Err(what) = Shape::Sphere.stays_round(to_world) {
+        return fail(what);
     }
     // A mirroring matrix is a rotation times -1; the -1 stays beside the quaternion, which cannot hold it.
     let handedness = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
@@ -218,9 +213,9 @@ fn append_disc(g: &mut Geometry, instance: &Instance, index: usize, to_world: &D
     if radius == 0.0 || normal == DVec3::ZERO {
         return fail("gives a disc the radius 0");
     }
-    // 1e-6 as for spheres. Along the normal a disc may be scaled at will.
-    if (y.length() - radius).abs() > 1e-6 * radius || x.dot(y).abs() > 1e-6 * radius * radius {
-        return fail("stretches a disc unevenly; use a mesh for an ellipse");
+    // Along the normal it may be scaled at will.
+    if let Err(what) = Shape::Disc.stays_round(to_world) {
+        return fail(what);
     }
     let handedness = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
     g.discs.push(DiscRecord {

@@ -154,6 +154,11 @@ fn resolve_material(m: &Material, patterns: &mut Patterns, context: &Context, r:
         record.interior = r.media.len() as u32;
         let eta = if r.nests { media::index_of(m) as f32 } else { 1.0 };
         r.media.push(MediumRecord { absorption: absorption.as_vec3().to_array(), eta });
+    } else if r.nests && has_inside && m.emits() && absorption != DVec3::ZERO {
+        r.notes.push(format!(
+            "{}: a surface that shines bounds no medium where bodies overlap: its absorption is left out",
+            m.name
+        ));
     }
     record
 }

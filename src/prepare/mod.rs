@@ -376,8 +376,7 @@ mod tests {
 
     #[test]
     fn a_camera_behind_a_pane_inside_glass_is_in_the_glass() {
-        let p = prepared(
-            r#"
+        let text = r#"
             camera = { position = [0, 0, 5] }
             [[material]]
             name = "glass"
@@ -386,7 +385,6 @@ mod tests {
             [[material]]
             name = "pane"
             type = "thin_dielectric"
-            absorption = 7
             [[shape]]
             type = "sphere"
             radius = 9
@@ -396,8 +394,11 @@ mod tests {
             center = [0, 0, 5]
             radius = 0.5
             material = "pane"
-            "#,
-        );
+            "#;
+        let mut scene = toml::parse(text, std::path::Path::new("test.toml")).unwrap();
+        // No scene file can say so: nothing is inside a pane.
+        scene.materials[1].interior = Some(crate::scene::Medium { absorption: DVec3::splat(7.0) });
+        let p = prepare(&scene, &Settings::default()).unwrap();
         assert_eq!((p.media.len(), p.media[0].absorption, p.camera.medium), (1, [1.0, 2.0, 3.0], 0));
     }
 }

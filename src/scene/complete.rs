@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Image, Instance, Mesh, Pixels, Projection, Scene, Shape, Sky, SkyRadiance, Value};
+use super::{Image, Instance, MAX_RADIANCE, Mesh, Pixels, Projection, Scene, Shape, Sky, SkyRadiance, Value};
 use crate::math::special::luminance;
 
 /// Vertices that `bounds` moves one by one; a scene of more has each mesh's box moved instead, which may be somewhat larger.
@@ -124,6 +124,22 @@ pub fn frame_camera_from(scene: &mut Scene, azimuth: f64, elevation: f64) {
 }
 
 impl Sky {
+    /// No radiance of it is beyond what can be rendered; else why.
+    pub fn check(&self, images: &[Image]) -> Result<(), String> {
+        let brightest = match self.radiance {
+            SkyRadiance::Uniform(radiance) => radiance.max_element(),
+            SkyRadiance::Image(image) => match images.get(image).map(|i| &i.pixels) {
+                Some(Pixels::RgbF32(p)) => f64::from(p.iter().fold(0.0f32, |most, x| most.max(*x))),
+                _ => 1.0,
+            },
+        };
+        let most = self.scale * brightest;
+        if most <= MAX_RADIANCE {
+            return Ok(());
+        }
+        Err(format!("makes the sky's radiance {most:.3e} W/(m2 sr), and {MAX_RADIANCE:e} is the most; lower it"))
+    }
+
     /// Irradiance of a horizontal plane facing up, as luminance: texel by texel, each with its exact cosine-weighted solid angle
     /// (1/2 (sin^2 below - sin^2 above) times its width), which is the integral of the bilinear picture up to its slope across the
     /// horizon's row.

@@ -16,7 +16,7 @@ impl Scene {
         let used = self.used_materials();
         let lamps = self.lights.iter().map(|l| &l.group);
         let sky = self.sky.iter().map(|_| &self.sky_group);
-        let shines = |&(material, is_used): &(&super::Material, bool)| is_used && material.emission.is_some();
+        let shines = |&(material, is_used): &(&super::Material, bool)| is_used && material.emits();
         let surfaces = self.materials.iter().zip(used).filter(shines).map(|(material, _)| &material.group);
         let names: BTreeSet<&str> = lamps.chain(sky).chain(surfaces).map(|g| name(g.as_deref())).collect();
         names.into_iter().map(str::to_owned).collect()

@@ -1,9 +1,11 @@
 //! Surfaces as an author says them: materials, the values their inputs take, and the textures those look up.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{DAffine2, DVec3};
 
+use super::{Pixels, Scene};
 use crate::bsdf::MODELS;
 
 /// A texture node: what a `Value` can look up.
@@ -110,6 +112,57 @@ impl Value {
             _ => false,
         }
     }
+}
+
+/// Largest radiance, W/(m2 sr), and largest strength of a light in its own unit: the square of the sum of a block's 16 samples stays
+/// below f32's 3.4e38, which the layer of variances needs.
+pub const MAX_RADIANCE: f64 = 1e18;
+
+/// Largest absorption, 1/m: exp(-1e20 t) is 0 for every t a ray can have.
+pub const MAX_ABSORPTION: f64 = 1e20;
+
+impl Scene {
+    /// Numbers between which `value` lies in red, green and blue (in one channel where it names one), and whether both are surely met.
+    pub fn bounds_of(&self, value: &Value) -> Bounds {
+        self.bounds_in(value, 0..3)
+    }
+
+    fn bounds_in(&self, value: &Value, channels: Range<usize>) -> Bounds {
+        let around = |numbers: &mut dyn Iterator<Item = f64>, is_met| {
+            let (least, most) = numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), x| (l.min(x), m.max(x)));
+            Bounds { least, most, is_met }
+        };
+        let unit = Bounds { least: 0.0, most: 1.0, is_met: false };
+        match value {
+            Value::Constant(c) => around(&mut c[channels].iter().copied(), true),
+            Value::Curve(curve) => around(&mut curve.value.iter().copied(), false),
+            Value::VertexColor | Value::Share(_) | Value::Rest(_) => unit,
+            Value::Channel(a, c) => self.bounds_in(a, usize::from(*c)..usize::from(*c) + 1),
+            Value::Multiply(a, b) => {
+                let (a, b) = (self.bounds_in(a, channels.clone()), self.bounds_in(b, channels));
+                let products = [a.least * b.least, a.least * b.most, a.most * b.least, a.most * b.most];
+                around(&mut products.into_iter(), a.is_met && b.is_met)
+            }
+            Value::Texture { texture, .. } => match &self.textures[*texture] {
+                Texture::Constant(c) => around(&mut c[channels].iter().copied(), true),
+                Texture::Checker { a, b, .. } => {
+                    around(&mut a[channels.clone()].iter().chain(&b[channels]).copied(), true)
+                }
+                Texture::Image { image, .. } => match &self.images[*image].pixels {
+                    Pixels::RgbF32(p) => around(&mut p.iter().map(|x| f64::from(*x)), false),
+                    _ => unit,
+                },
+            },
+        }
+    }
+}
+
+/// See `Scene::bounds_of`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    pub least: f64,
+    pub most: f64,
+    pub is_met: bool,
 }
 
 /// Samples of a quantity against wavelength, ascending.

@@ -14,7 +14,8 @@ pub use complete::{bounds, ensure_light, frame_camera, frame_camera_from};
 pub use error::Error;
 pub use format::{Choice, load, load_choice};
 pub use material::{
-    Alpha, Curve, Encoding, Filter, Material, Medium, Minify, Part, Surface, Texture, TextureFilter, Value, Wrap,
+    Alpha, Curve, Encoding, Filter, MAX_ABSORPTION, MAX_RADIANCE, Material, Medium, Minify, Part, Surface, Texture,
+    TextureFilter, Value, Wrap,
 };
 pub use sensor::{Place, Quantity, Sensor};
 
@@ -203,6 +204,29 @@ pub enum Shape {
     Disc,
     /// [-1,1]^2 in the plane z = 0, front = +z; (u, v) = ((x+1)/2, (1-y)/2). Becomes two triangles.
     Rectangle,
+}
+
+impl Shape {
+    /// Analytic spheres and discs need lengths that are equal and at right angles: along all axes, or along the disc's plane.
+    pub fn stays_round(self, to_world: &DAffine3) -> Result<(), &'static str> {
+        let m = to_world.matrix3;
+        let size = m.x_axis.length();
+        // 1e-6: far above the rounding of composed transforms, far below what an author could mean.
+        let differ = |v: DVec3| (v.length() - size).abs() > 1e-6 * size;
+        let is_skew = |a: DVec3, b: DVec3| a.dot(b).abs() > 1e-6 * size * size;
+        let is_flat_round = !differ(m.y_axis) && !is_skew(m.x_axis, m.y_axis);
+        match self {
+            Self::Sphere
+                if !is_flat_round || differ(m.z_axis) || is_skew(m.y_axis, m.z_axis) || is_skew(m.z_axis, m.x_axis) =>
+            {
+                Err("would make the sphere an ellipsoid; scale it the same along all axes, or use a mesh")
+            }
+            Self::Disc if !is_flat_round => {
+                Err("would make the disc an ellipse; scale it the same along its plane, or use a mesh")
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// A light without a surface.

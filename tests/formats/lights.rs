@@ -53,6 +53,38 @@ fn candela_and_lux_become_watts_and_nodes_aim() {
     assert_eq!([0.499f64, 0.501].map(|a| hard.falloff.share(a.cos())), [1.0, 0.0]);
 }
 
+/// Two nodes with the same light, one with a mesh beside it: a node that is hidden takes its own light along, in every copy.
+#[test]
+fn a_hidden_node_s_light_is_dark() {
+    let folder = Folder::new();
+    let with_light =
+        |node: &str| node.replace(r#""name""#, r#""extensions": {"KHR_lights_punctual": {"light": 0}}, "name""#);
+    let leaf = r#"{"name": "leaf", "mesh": 0}"#;
+    let text = TRIANGLE
+        .replacen(r#"{"name": "root""#, &with_light(r#"{"name": "root""#), 1)
+        .replacen(leaf, &with_light(leaf), 1)
+        .replacen(
+            r#""scene": 0,"#,
+            r#""extensions": {"KHR_lights_punctual": {"lights": [{"type": "point"}]}}, "scene": 0,"#,
+            1,
+        );
+    folder.write("lit.gltf", text.as_bytes());
+    let scene = |patch: &str| {
+        let model = "[[model]]\nfile = \"lit.gltf\"\ncopies = [{}, { translate = [5, 0, 0] }]\n";
+        scene::load(&folder.write("lit.toml", format!("{model}{patch}").as_bytes())).map_err(|e| e.to_string())
+    };
+    let counts = |s: Result<Scene, String>| s.map(|s| (s.instances.len(), s.lights.len())).unwrap();
+    assert_eq!(counts(scene("")), (2, 4));
+    assert_eq!(counts(scene("[node.root]\nvisible = false\n")), (2, 2));
+    assert_eq!(counts(scene("[node.\"root/leaf\"]\nvisible = false\n")), (0, 2));
+    assert_eq!(counts(scene("[node.0]\nvisible = false\n[node.leaf]\nvisible = false\n")), (0, 0));
+    let refused = scene("[[material]]\nname = \"x\"\n[node.root]\nmaterial = \"x\"\n").unwrap_err();
+    assert!(
+        refused.contains("lit.toml:7:12: `material` in [node.\"path/name\"] is given to a node that has a light"),
+        "{refused}"
+    );
+}
+
 #[test]
 fn lights_that_are_none_are_refused() {
     for (light, wanted) in [

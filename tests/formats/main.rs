@@ -8,6 +8,7 @@ mod lights;
 mod obj;
 mod pictures;
 mod ply;
+mod silent;
 mod skies;
 #[path = "../support/triangle.rs"]
 mod triangle;

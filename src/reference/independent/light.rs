@@ -42,7 +42,7 @@ pub struct Lights {
 impl Lights {
     pub fn of(world: &Independent) -> Self {
         let instances = world.scene.instances.iter().enumerate();
-        let shining = instances.filter(|(_, i)| world.scene.materials[i.material].emission.is_some());
+        let shining = instances.filter(|(_, i)| world.scene.materials[i.material].emits());
         let weights: Vec<(u32, f64)> = shining
             .flat_map(|(number, _)| world.primitives.of_instance(number))
             .map(|p| (p, emitted(world, p)))
@@ -169,7 +169,7 @@ fn groups(world: &Independent) -> BTreeSet<String> {
     let scene = world.scene;
     let of_shape = |i: &crate::scene::Instance| {
         let material = &scene.materials[i.material];
-        material.emission.as_ref().map(|_| material.group.clone())
+        material.emits().then(|| material.group.clone())
     };
     let lamps = scene.lights.iter().map(|l| l.group.clone());
     let sky = scene.sky.as_ref().map(|_| scene.sky_group.clone());

@@ -26,6 +26,7 @@ pub fn load(path: &Path) -> Result<Loaded, Error> {
         let mut mesh = build::mesh(&file, part);
         super::clean::clean(&mut mesh, &mut scene.notes);
         if mesh.triangles.is_empty() {
+            scene.notes.push(format!("group \"{}\": no triangle in it, left out", part.group));
             continue;
         }
         let group = groups.iter().position(|g| *g == &part.group).unwrap_or_else(|| {

@@ -76,6 +76,10 @@ fn read(bytes: &[u8]) -> Result<Mesh, String> {
 fn vertices(element: &Element, reader: &mut Reader, mesh: &mut Mesh) -> Result<(), String> {
     let slot = |p: &Property| SLOTS.iter().position(|names| names.contains(&p.name.as_str()));
     let slots: Vec<Option<usize>> = element.properties.iter().map(slot).collect();
+    let is_list = |(p, slot): (&Property, &Option<usize>)| slot.is_some() && p.list.is_some();
+    if let Some((property, _)) = element.properties.iter().zip(&slots).find(|&(p, slot)| is_list((p, slot))) {
+        return Err(format!("the property {} of its vertices is a list, not a number; export it again", property.name));
+    }
     let has = |range: std::ops::Range<usize>| range.into_iter().all(|k| slots.contains(&Some(k)));
     if !has(0..3) {
         return Err("its vertices have no x, y and z; export it again".into());

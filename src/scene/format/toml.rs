@@ -120,6 +120,10 @@ impl<'a> Builder<'a> {
             }
             scale /= LUMEN_PER_WATT;
         }
+        if matches!(radiance, SkyRadiance::Uniform(_)) && table.get("rotate_deg").is_some() {
+            return Err(table
+                .error("rotate_deg", "turns the picture of `file`, and this sky is the same all around; remove it"));
+        }
         let rotation_rad = table.number("rotate_deg")?.unwrap_or(0.0).to_radians();
         let mut sky = Sky { radiance, rotation_rad, scale };
         if let Some(lux) = table.number("illuminance_lx")? {
@@ -132,6 +136,8 @@ impl<'a> Builder<'a> {
             }
             sky.scale *= lux / LUMEN_PER_WATT / now;
         }
+        let key = if table.get("illuminance_lx").is_some() { "illuminance_lx" } else { "scale" };
+        sky.check(&self.scene.images).map_err(|reason| table.error(key, reason))?;
         self.scene.sky = Some(sky);
         self.scene.sky_group = group::group(&table)?;
         Ok(())
@@ -140,7 +146,13 @@ impl<'a> Builder<'a> {
     fn texture(&mut self, table: &Table<'a>) -> Result<(), Error> {
         let name = table.text("name")?.ok_or_else(|| table.missing("name"))?;
         let color = |key| table.get(key).map(|item| material::color(table, key, item)).transpose();
-        let texture = match table.text("type")?.unwrap_or("image") {
+        let kind = table.text("type")?.unwrap_or("image");
+        if let Some((key, _)) = TEXTURE_KEYS.iter().find(|(key, owner)| table.get(key).is_some() && *owner != kind)
+            && TEXTURE_KEYS.iter().any(|(_, owner)| *owner == kind)
+        {
+            return Err(table.error(key, format!("is no key of a texture of type \"{kind}\"; remove it")));
+        }
+        let texture = match kind {
             "image" => {
                 let file = table.text("file")?.ok_or_else(|| table.missing("file"))?;
                 let path = self.path(table, "file", file)?;
@@ -200,6 +212,19 @@ impl<'a> Builder<'a> {
         })
     }
 }
+
+/// Keys of textures that only one type has.
+const TEXTURE_KEYS: [(&str, &str); 9] = [
+    ("file", "image"),
+    ("wrap", "image"),
+    ("filter", "image"),
+    ("mipmap", "image"),
+    ("encoding", "image"),
+    ("a", "checker"),
+    ("b", "checker"),
+    ("squares", "checker"),
+    ("color", "constant"),
+];
 
 const FILTERS: [(&str, Filter); 2] = [("linear", Filter::Linear), ("nearest", Filter::Nearest)];
 const LEVELS: [(&str, Option<Filter>); 3] =

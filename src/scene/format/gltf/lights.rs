@@ -13,7 +13,7 @@ use crate::light::directional::Directional;
 use crate::light::point::Point;
 use crate::light::spot::{Falloff, Spot, one_minus_cos};
 use crate::math::spectrum::LUMEN_PER_WATT;
-use crate::scene::{Error, Light};
+use crate::scene::{Error, Light, MAX_RADIANCE};
 
 /// The light that a node carries.
 pub fn read(file: &File<'_>, index: usize, placed: &Placed, notes: &mut Vec<String>) -> Result<Light, Error> {
@@ -25,6 +25,10 @@ pub fn read(file: &File<'_>, index: usize, placed: &Placed, notes: &mut Vec<Stri
     let is_strength = |x: f64| x.is_finite() && x >= 0.0;
     if !color.to_array().into_iter().chain([light.intensity]).all(is_strength) {
         return Err(fail("its colour and intensity must be numbers not below 0; correct them".into()));
+    }
+    if color.max_element() * light.intensity / LUMEN_PER_WATT > MAX_RADIANCE {
+        let reason = format!("its intensity over 683 comes to more than {MAX_RADIANCE:e}; lower it");
+        return Err(fail(reason));
     }
     notes
         .push("lights in candela and lux are divided by 683 lm/W; light_scale of [[model]] makes them brighter".into());

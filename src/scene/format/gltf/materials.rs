@@ -13,10 +13,7 @@ use super::layers;
 use super::textures::Textures;
 use crate::bsdf::MODELS;
 use crate::scene::format::toml::plain_material;
-use crate::scene::{Alpha, Encoding, Error, Material, Medium, Scene, Value};
-
-/// Largest absorption, 1/m: a colour of 0 has none that is finite. exp(-1e20 t) is 0 for every t a ray can have.
-const MAX_ABSORPTION: f64 = 1e20;
+use crate::scene::{Alpha, Encoding, Error, MAX_ABSORPTION, MAX_RADIANCE, Material, Medium, Scene, Value};
 
 /// What of a material depends on the mesh that wears it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -155,6 +152,11 @@ fn check_numbers(entry: &Entry) -> Result<(), &'static str> {
         ("roughnessFactor", unit(pbr.roughness_factor)),
         ("emissiveFactor", entry.emissive_factor.iter().all(|x| *x >= 0.0)),
         ("emissiveStrength", extensions.emissive_strength.as_ref().is_none_or(|e| e.emissive_strength >= 0.0)),
+        (
+            "emissiveFactor times emissiveStrength",
+            emission_factor(entry).is_none_or(|e| e.max_element() <= MAX_RADIANCE),
+        ),
+        ("alphaCutoff", entry.alpha_cutoff >= 0.0),
         ("ior", extensions.ior.as_ref().is_none_or(|e| e.ior >= 0.0)),
         ("transmissionFactor", extensions.transmission.as_ref().is_none_or(|t| unit(t.transmission_factor))),
         ("thicknessFactor", extensions.volume.as_ref().is_none_or(|v| v.thickness_factor >= 0.0)),

@@ -23,7 +23,7 @@ use glam::{DAffine2, DVec2};
 use crate::bsdf::MODELS;
 use crate::scene::format::image_file;
 use crate::scene::format::toml::{plain_material, uv_transform};
-use crate::scene::{Alpha, Encoding, Error, Filter, Material, Minify, Scene, Texture, Value, Wrap};
+use crate::scene::{Alpha, Encoding, Error, Filter, MAX_RADIANCE, Material, Minify, Scene, Texture, Value, Wrap};
 
 /// The keys of one `newmtl`, as they stand.
 #[derive(Clone, Default)]
@@ -123,7 +123,7 @@ fn parse(
         let number = |least: f64, most: f64| -> Result<f64, Error> {
             let word = rest.split_ascii_whitespace().next().unwrap_or("");
             let x: f64 = word.parse().unwrap_or(f64::NAN);
-            let wanted = || fail(format!("`{keyword}` must be a number from {least} to {most}; correct it"));
+            let wanted = || fail(format!("`{keyword}` must be a number from {least} to {}; correct it", short(most)));
             (least..=most).contains(&x).then_some(x).ok_or_else(wanted)
         };
         let color = |most: f64| -> Result<[f64; 3], Error> {
@@ -134,13 +134,13 @@ fn parse(
                 _ => [f64::NAN; 3],
             };
             let is_good = rgb.iter().all(|c| (0.0..=most).contains(c));
-            let wanted = || fail(format!("`{keyword}` must be three numbers from 0 to {most}; correct it"));
+            let wanted = || fail(format!("`{keyword}` must be three numbers from 0 to {}; correct it", short(most)));
             is_good.then_some(rgb).ok_or_else(wanted)
         };
         match keyword {
             "Kd" => m.kd = Some(color(1.0)?),
             "Ks" => m.ks = color(f64::MAX)?,
-            "Ke" => m.ke = color(f64::MAX)?,
+            "Ke" => m.ke = color(MAX_RADIANCE)?,
             "Ns" => m.ns = number(0.0, f64::MAX)?,
             "Ni" => m.ni = number(0.0, 10.0)?,
             "d" => m.d = Some(number(0.0, 1.0)?),
@@ -160,6 +160,11 @@ fn parse(
         }
     }
     Ok(())
+}
+
+/// A number as people write it.
+fn short(x: f64) -> String {
+    if x < 1e6 { x.to_string() } else { format!("{x:e}") }
 }
 
 /// Options, then the file's name, which may hold spaces.

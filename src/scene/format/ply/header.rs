@@ -145,6 +145,9 @@ pub fn parse(bytes: &[u8]) -> Result<(Header, &[u8]), String> {
                 if list.is_some_and(Kind::is_float) {
                     return fail("counts with fractions");
                 }
+                if element.properties.iter().any(|p| p.name == *name) {
+                    return fail("comes twice");
+                }
                 element.properties.push(Property { name: (*name).into(), kind, list });
             }
             ["end_header"] => break,

@@ -19,7 +19,7 @@ impl<'a> Builder<'a> {
     pub fn in_group(&mut self, table: &Table<'a>, material: usize) -> Result<usize, Error> {
         let Some(name) = group(table)? else { return Ok(material) };
         let own = &self.scene.materials[material];
-        if own.emission.is_none() {
+        if !own.emits() {
             return Err(
                 table.error("group", "names the light group of what this emits, and it emits nothing; remove it")
             );

@@ -135,14 +135,14 @@ pub const MATERIAL: Section = section!("[[material]]", "A surface. Its other key
     "materials": "list of names" = "required for mix"; "mix: two or more [[material]]s written before",
     "factor": "value in [0, 1]" = "required for mix"; "mix: share of the second of two materials",
     "weights": "list of numbers >= 0" = "none"; "mix: instead of `factor`, one a material; divided by their sum",
-    "emission": "value, W/(m2 sr)" = "none"; "radiance it emits, linear RGB",
+    "emission": "value, W/(m2 sr)" = "none"; "radiance it emits, linear RGB; at most 1e18, as all lights",
     "emission_nt": "value, cd/m2" = "none"; "the same in nits: luminance 683 Y of the radiance",
     "emission_two_sided": "boolean" = "false"; "emits on the back too",
     "group": "name" = "\"default\""; "light group of what it emits (docs/film.md)",
-    "alpha": "value" = "1"; "presence: how likely a ray meets the surface",
-    "alpha_cutoff": "number" = "none"; "with it the surface is there exactly where alpha >= cutoff",
+    "alpha": "value in [0, 1]" = "1"; "presence: how likely a ray meets the surface",
+    "alpha_cutoff": "number in [0, 1]" = "none"; "with it the surface is there exactly where alpha >= cutoff",
     "normal_map": "{ texture = \"name\", strength = 1, ... }" = "none"; "tangent-space normals, x and y times strength",
-    "absorption": "number or [r, g, b], 1/m" = "none"; "of the medium behind a refracting surface (Beer-Lambert)",
+    "absorption": "number or [r, g, b], 1/m" = "none"; "of the medium behind a refracting surface (Beer-Lambert), at most 1e20",
     "priority": "integer" = "0"; "where bodies that refract overlap, the higher fills the space; of equals the one entered last",
 );
 
@@ -232,7 +232,7 @@ pub const COPY: Section = section!("copy", "One entry of `copies`, of a shape or
 );
 
 pub const NODE: Section = section!("[node.\"path/name\"]", "Patches what a model brought, by the names on the way down joined with `/`, by the last name, or by the index of the node in the file. Two that match are an error.",
-    "visible": "boolean" = "true"; "false leaves the node's own shapes and lights out",
+    "visible": "boolean" = "true"; "false leaves the node's own shapes and lights out; those of nodes below it stay",
     "group": "name" = "its materials'"; "light group of its lights and of its shapes that shine",
     "material": "string" = "its own"; "name of a `[[material]]`",
 );

@@ -14,7 +14,7 @@ use crate::light::spot::{Falloff, Spot, one_minus_cos};
 use crate::light::sun::Sun;
 use crate::math::special::luminance;
 use crate::math::spectrum::{LUMEN_PER_WATT, blackbody_rgb};
-use crate::scene::{Error, Light, Mesh, Shape, Value};
+use crate::scene::{Error, Light, MAX_RADIANCE, Mesh, Shape, Value};
 
 /// A way to say how strong a light is: its key, whether it is photometric, and what divides it.
 pub struct Measure(pub &'static str, pub bool, pub f64);
@@ -167,7 +167,14 @@ pub fn strength(table: &Table<'_>, measures: &[Measure], color: Option<DVec3>) -
         return Err(table.error(key, "must not be negative"));
     }
     let per_watt = if *is_photometric { LUMEN_PER_WATT } else { 1.0 };
-    Ok(Some(value * color.unwrap_or(DVec3::ONE) / (per_watt * divisor)))
+    let strength = value * color.unwrap_or(DVec3::ONE) / (per_watt * divisor);
+    // A divisor of 0 is a shape without area, which the caller tells.
+    if *divisor > 0.0 && strength.max_element() > MAX_RADIANCE {
+        let most = strength.max_element();
+        return Err(table
+            .error(key, format!("comes to {most:.3e} in W, sr and m2, and {MAX_RADIANCE:e} is the most; lower it")));
+    }
+    Ok(Some(strength))
 }
 
 /// The keys that `emission_of_power` reads stand there.
@@ -188,7 +195,12 @@ pub fn emission_of_power(
     let is_triple = table.get(key).is_some_and(|item| item.get_ref().is_array());
     let color = match own {
         None => None,
-        Some(Value::Constant(c)) if is_triple || luminance(DVec3::new(c[0], c[1], c[2])) <= 0.0 => None,
+        Some(Value::Constant(_)) if is_triple => None,
+        Some(Value::Constant(c)) if luminance(DVec3::new(c[0], c[1], c[2])) <= 0.0 => {
+            let reason =
+                "scales the emission of its material, which is black; give that a colour, or write three numbers here";
+            return Err(table.error(key, reason));
+        }
         Some(Value::Constant(c)) => Some(DVec3::new(c[0], c[1], c[2]) / luminance(DVec3::new(c[0], c[1], c[2]))),
         Some(_) => {
             let reason = "needs an emission that is the same all over, and the material's comes from a texture; scale that instead";

@@ -14,7 +14,7 @@ use super::table::{Item, Table};
 use super::{Builder, keys};
 use crate::bsdf::MODELS;
 use crate::math::spectrum::LUMEN_PER_WATT;
-use crate::scene::{Alpha, Curve, Encoding, Error, Material, Medium, Texture, Value};
+use crate::scene::{Alpha, Curve, Encoding, Error, MAX_ABSORPTION, MAX_RADIANCE, Material, Medium, Texture, Value};
 
 /// Complex indices at red, green and blue (sRGB primaries), fitted to the reflectance of measured metals.
 const METALS: &[(&str, [f64; 3], [f64; 3])] = &[
@@ -22,6 +22,10 @@ const METALS: &[(&str, [f64; 3], [f64; 3])] = &[
     ("copper", [0.2004, 0.9240, 1.1022], [3.9129, 2.4528, 2.1421]),
     ("aluminium", [1.6574, 0.8803, 0.5212], [9.2238, 6.2695, 4.8370]),
 ];
+
+/// Keys of a value, and those that may stand beside them.
+const ALONE: [(&str, &[&str]); 3] =
+    [("metal", &[]), ("curve", &[]), ("vertex_color", &["channel", "factor", "texture"])];
 
 /// A patch waiting for the models: its name in the file and its table.
 pub struct Patch<'a> {
@@ -135,12 +139,7 @@ impl<'a> Builder<'a> {
             let word: &str = key.get_ref();
             if let Some(slot) = inputs.iter().position(|i| *i == word) {
                 material.inputs[slot] = self.value(table, word, item)?;
-                let range = MODELS[bsdf].inputs[slot].range;
-                if let Value::Constant(c) = &material.inputs[slot]
-                    && !c[..3].iter().all(|x| (range.0..=range.1).contains(x))
-                {
-                    return Err(table.error(word, format!("must lie from {} to {}", range.0, range.1)));
-                }
+                self.within(table, word, &material.inputs[slot], MODELS[bsdf].inputs[slot].range)?;
                 if is_metal(item) && !inputs.contains(&"k") {
                     return Err(table.error(word, "names a metal, whose index is complex: use type = \"conductor\""));
                 }
@@ -179,13 +178,20 @@ impl<'a> Builder<'a> {
         }
         let key = if emission_nt.is_some() { "emission_nt" } else { "emission" };
         if let Some(emission) = emission_nt.or(value("emission")?) {
-            if let Value::Constant(c) = &emission
-                && c[..3].iter().any(|x| *x < 0.0)
-            {
+            let bounds = self.scene.bounds_of(&emission);
+            if bounds.least < 0.0 {
                 return Err(table.error(key, "must not be negative"));
             }
-            let is_dark = matches!(&emission, Value::Constant(c) if c[..3] == [0.0; 3]);
-            material.emission = (!is_dark).then_some(emission);
+            if bounds.most > MAX_RADIANCE {
+                return Err(table.error(
+                    key,
+                    format!(
+                        "comes to a radiance of {:.3e} W/(m2 sr), and {MAX_RADIANCE:e} is the most; lower it",
+                        bounds.most
+                    ),
+                ));
+            }
+            material.emission = Some(emission);
         }
         if let Some(two_sided) = table.boolean("emission_two_sided")? {
             material.emission_two_sided = two_sided;
@@ -194,7 +200,14 @@ impl<'a> Builder<'a> {
             material.group = Some(name);
         }
         let cutoff = table.number("alpha_cutoff")?;
-        let alpha = match (value("alpha")?, &material.alpha) {
+        if cutoff.is_some_and(|c| !(0.0..=1.0).contains(&c)) {
+            return Err(table.error("alpha_cutoff", "must lie from 0 to 1"));
+        }
+        let own = value("alpha")?;
+        if let Some(value) = &own {
+            self.within(table, "alpha", value, (0.0, 1.0))?;
+        }
+        let alpha = match (own, &material.alpha) {
             (Some(alpha), _) => Some(alpha),
             (None, Alpha::Mask { value, .. } | Alpha::Blend { value }) => Some(value.clone()),
             (None, Alpha::Opaque) => None,
@@ -224,13 +237,33 @@ impl<'a> Builder<'a> {
             material.normal_map = Some((lookup, strength));
         }
         if let Some(absorption) = table.splat::<3>("absorption")? {
-            if absorption.iter().any(|x| *x < 0.0) {
-                return Err(table.error("absorption", "must not be negative"));
+            if absorption.iter().any(|x| !(0.0..=MAX_ABSORPTION).contains(x)) {
+                return Err(table.error("absorption", format!("must lie from 0 to {MAX_ABSORPTION:e} 1/m")));
             }
             material.interior = Some(Medium { absorption: absorption.into() });
         }
         if let Some(priority) = table.whole("priority", 0..1 << 32)? {
             material.priority = priority as u32;
+        }
+        for key in ["absorption", "priority"].into_iter().filter(|k| table.get(k).is_some()) {
+            if !material.transmits() || material.is_thin() {
+                return Err(table.error(key, "is of what lies behind a surface that refracts, and this one lets no light into a body; remove it, or choose type = \"dielectric\""));
+            }
+        }
+        if table.get("priority").is_some() && material.emits() {
+            return Err(table.error(
+                "priority",
+                "has no meaning on a surface that shines: it bounds no medium that nests; remove it",
+            ));
+        }
+        Ok(())
+    }
+
+    /// A value lies in a range. What an image or a mesh decides may reach beyond its upper end, and is cut there.
+    fn within(&self, table: &Table<'a>, key: &str, value: &Value, (least, most): (f64, f64)) -> Result<(), Error> {
+        let bounds = self.scene.bounds_of(value);
+        if bounds.least < least || (bounds.is_met && bounds.most > most) {
+            return Err(table.error(key, format!("must lie from {least} to {most}")));
         }
         Ok(())
     }
@@ -243,6 +276,16 @@ impl<'a> Builder<'a> {
         let value = Table::open(self.source, item, &[&keys::VALUE], &[])?;
         if value.get("strength").is_some() {
             return Err(value.error("strength", "belongs to `normal_map` only"));
+        }
+        for (key, with) in ALONE {
+            if value.get(key).is_some_and(|k| k.get_ref().as_bool() != Some(false))
+                && let Some((other, _)) =
+                    value.entries().find(|(k, _)| *k.get_ref() != *key && !with.iter().any(|w| k.get_ref() == w))
+            {
+                return Err(
+                    value.error(other.get_ref(), format!("has no meaning beside `{key}`; remove one of the two"))
+                );
+            }
         }
         if let Some(metal) = value.text("metal")? {
             let Some((_, eta, k)) = METALS.iter().find(|m| m.0 == metal) else {

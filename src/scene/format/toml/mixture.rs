@@ -13,14 +13,16 @@ impl<'a> Builder<'a> {
     /// The mixture of a table with `materials` and either `factor` (the share of the second of two) or `weights`.
     pub fn mixture(&self, table: &Table<'a>, name: &str) -> Result<Material, Error> {
         let names = table.texts("materials")?.ok_or_else(|| table.missing("materials"))?;
+        if names.len() < 2 {
+            return Err(table.error("materials", "must name two or more; a mixture of one is that material"));
+        }
         let shares = self.shares(table, names.len())?;
         let mut parts = Vec::new();
         let mut interiors = Vec::new();
         for (name, share) in names.into_iter().zip(shares) {
             let index = self.named(&self.materials, table, "materials", name)?;
             let material = &self.scene.materials[index];
-            if material.emission.is_some() || !matches!(material.alpha, Alpha::Opaque) || material.normal_map.is_some()
-            {
+            if material.emits() || !matches!(material.alpha, Alpha::Opaque) || material.normal_map.is_some() {
                 let reason =
                     format!("mix \"{name}\", which has emission, alpha or a normal map; give them to the mixture");
                 return Err(table.error("materials", reason));
@@ -128,6 +130,8 @@ mod tests {
         for (text, wanted) in [
             ("", "has no `materials`; add it"),
             ("materials = [\"a\", \"b\"]\n", "has no `factor`; add it"),
+            ("materials = [\"a\"]\nweights = [1]\n", "must name two or more"),
+            ("materials = []\nweights = []\n", "must name two or more"),
             ("materials = [\"a\", \"c\"]\nfactor = 0.5\n", "is \"c\", which the file does not define"),
             ("materials = [\"a\", \"m\"]\nfactor = 0.5\n", "is \"m\", which the file does not define"),
             ("materials = [\"a\", \"b\", \"a\"]\nfactor = 0.5\n", "is between two `materials`; use `weights`"),

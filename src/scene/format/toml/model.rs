@@ -5,12 +5,11 @@ use std::ops::Range;
 
 use ::toml::de::DeValue;
 
-use super::copies::copies;
 use super::table::Table;
 use super::transform::transform;
 use super::{Builder, keys};
 use crate::scene::format::load_model;
-use crate::scene::{Choice, Error, Instance, Scene, Shape, SkyRadiance, Texture, Value};
+use crate::scene::{Choice, Error, Instance, MAX_RADIANCE, Scene, Shape, SkyRadiance, Texture, Value};
 
 /// What one model added to the scene's lists.
 pub struct Brought {
@@ -39,7 +38,7 @@ impl<'a> Builder<'a> {
             let choice = Choice { variant: table.text("variant")?, scene };
             let loaded = load_model(&path, choice).map_err(|e| table.error("file", format!("cannot be used: {e}")))?;
             let mut model = loaded.scene;
-            let copies = copies(&table, self.folder)?;
+            let copies = self.copies(&table, &|_| Ok(()))?;
             let own = std::mem::take(&mut model.instances);
             for copy in &copies {
                 model
@@ -57,6 +56,12 @@ impl<'a> Builder<'a> {
                     let mut light = light.clone();
                     light.lamp.model_mut().place(&(*copy * place));
                     light.lamp.model_mut().brighten(light_scale);
+                    // A power of 4 pi sr at most for each unit of strength.
+                    if light.lamp.model().power(1.0).max_element() > 4.0 * std::f64::consts::PI * MAX_RADIANCE {
+                        let reason =
+                            format!("makes the light \"{}\" stronger than {MAX_RADIANCE:e}; lower it", light.name);
+                        return Err(table.error("light_scale", reason));
+                    }
                     model.lights.push(light);
                 }
             }
@@ -103,8 +108,11 @@ impl<'a> Builder<'a> {
             }
             if let Some(name) = table.text("material")? {
                 let material = self.named(&self.materials, &table, "material", name)?;
-                let of_shapes = found.iter().filter(|i| **i < instance_count);
-                of_shapes.for_each(|i| self.scene.instances[*i].material = material);
+                let of_shapes = || found.iter().filter(|i| **i < instance_count);
+                if of_shapes().next().is_none() {
+                    return Err(table.error("material", "is given to a node that has a light and no shape; remove it"));
+                }
+                of_shapes().for_each(|i| self.scene.instances[*i].material = material);
             }
             if let Some(name) = super::group::group(&table)? {
                 self.group_nodes(&table, &found, &name)?;
@@ -126,7 +134,7 @@ impl<'a> Builder<'a> {
             if let Some(light) = index.checked_sub(instance_count) {
                 self.scene.lights[light].group = Some(name.to_owned());
                 is_any = true;
-            } else if self.scene.materials[self.scene.instances[index].material].emission.is_some() {
+            } else if self.scene.materials[self.scene.instances[index].material].emits() {
                 self.scene.instances[index].material = self.in_group(table, self.scene.instances[index].material)?;
                 is_any = true;
             }

@@ -2,9 +2,8 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use super::copies::copies;
 use super::table::{Item, Table};
-use super::transform::{is_invertible, transform};
+use super::transform::{is_invertible, placed_by, transform};
 use super::{Builder, keys, light, material};
 use crate::scene::{Error, Instance, Material, Mesh, Shape};
 
@@ -31,8 +30,8 @@ impl<'a> Builder<'a> {
             return self.mesh_file(&table, file, &placed);
         }
         let (shape, own) = match kind.as_str() {
-            "sphere" => (Shape::Sphere, sphere(&table, &placed)?),
-            "disc" => (Shape::Disc, disc(&table, &placed)?),
+            "sphere" => (Shape::Sphere, sphere(&table)?),
+            "disc" => (Shape::Disc, disc(&table)?),
             "rectangle" => (Shape::Rectangle, rectangle(&table)?),
             _ => {
                 let mesh = if kind == "box" { box_mesh(&table)? } else { self.mesh(&table)? };
@@ -44,12 +43,17 @@ impl<'a> Builder<'a> {
         if let Shape::Mesh(mesh) = shape {
             self.scene.meshes[mesh].name.clone_from(&name);
             crate::scene::format::clean::clean(&mut self.scene.meshes[mesh], &mut self.scene.notes);
+            if self.scene.meshes[mesh].triangles.is_empty() {
+                let reason = format!("the mesh \"{name}\" has no triangle: nothing of it is seen");
+                self.scene.notes.push(self.source.error(table.at.clone(), reason).to_string());
+            }
         }
         let material = match table.text("material")? {
             Some(name) => self.named(&self.materials, &table, "material", name)?,
             None => self.default_material(),
         };
-        for copy in copies(&table, self.folder)? {
+        shape.stays_round(&(placed * own)).map_err(|reason| table.error(placed_by(&table), reason))?;
+        for copy in self.copies(&table, &|copy| shape.stays_round(&(*copy * placed * own)))? {
             let to_world = copy * placed * own;
             let material = self.with_power(&table, material, &[shape], &to_world)?;
             let material = self.in_group(&table, material)?;
@@ -81,7 +85,7 @@ impl<'a> Builder<'a> {
         let first = self.scene.meshes.len();
         self.scene.meshes.extend(loaded.meshes);
         let shapes: Vec<Shape> = (first..self.scene.meshes.len()).map(Shape::Mesh).collect();
-        for copy in copies(table, self.folder)? {
+        for copy in self.copies(table, &|_| Ok(()))? {
             let to_world = copy * *placed;
             let material = self.with_power(table, material, &shapes, &to_world)?;
             let material = self.in_group(table, material)?;
@@ -112,6 +116,14 @@ impl<'a> Builder<'a> {
         let Some(emission) = light::emission_of_power(table, own.emission.as_ref(), area, sides)? else {
             return Ok(material);
         };
+        if emission.is_zero() {
+            let key = if table.get("power").is_some() { "power" } else { "power_lm" };
+            let note = table.error(key, "is 0: the shape is dark").to_string();
+            if !self.scene.notes.contains(&note) {
+                self.scene.notes.push(note);
+            }
+        }
+        let own = &self.scene.materials[material];
         let lamp = Material { emission: Some(emission), ..own.clone() };
         self.scene.materials.push(lamp);
         Ok(self.scene.materials.len() - 1)
@@ -168,45 +180,28 @@ fn per_vertex<T>(table: &Table<'_>, key: &str, count: usize, rows: Option<Vec<T>
     }
 }
 
-fn sphere(table: &Table<'_>, placed: &DAffine3) -> Result<DAffine3, Error> {
-    let center = DVec3::from(table.numbers::<3>("center")?.unwrap_or([0.0; 3]));
-    let radius = table.number("radius")?.unwrap_or(1.0);
-    if radius <= 0.0 {
-        return Err(table.error("radius", "must be above 0 m"));
-    }
-    // The analytic sphere stays a sphere only under equal lengths at right angles.
-    let gram = placed.matrix3.transpose() * placed.matrix3;
-    let size = gram.x_axis.x;
-    let difference = gram - DMat3::from_diagonal(DVec3::splat(size));
-    if difference.to_cols_array().iter().any(|d| d.abs() > 1e-9 * size) {
-        let key = if table.get("matrix").is_some() { "matrix" } else { "scale" };
-        return Err(
-            table.error(key, "would make the sphere an ellipsoid; scale it the same along all axes, or use a mesh")
-        );
-    }
+fn sphere(table: &Table<'_>) -> Result<DAffine3, Error> {
+    let (center, radius) = round(table)?;
     Ok(DAffine3 { matrix3: DMat3::from_diagonal(DVec3::splat(radius)), translation: center })
 }
 
-fn disc(table: &Table<'_>, placed: &DAffine3) -> Result<DAffine3, Error> {
-    let center = DVec3::from(table.numbers::<3>("center")?.unwrap_or([0.0; 3]));
-    let radius = table.number("radius")?.unwrap_or(1.0);
-    if radius <= 0.0 {
-        return Err(table.error("radius", "must be above 0 m"));
-    }
+fn disc(table: &Table<'_>) -> Result<DAffine3, Error> {
+    let (center, radius) = round(table)?;
     let normal = DVec3::from(table.numbers::<3>("normal")?.unwrap_or([0.0, 0.0, 1.0]))
         .try_normalize()
         .ok_or_else(|| table.error("normal", "must not be zero"))?;
     let turn = DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Z, normal));
-    // The analytic disc stays round only where both directions in its plane keep the same length and a right angle.
-    let (x, y) = (placed.matrix3 * turn.x_axis, placed.matrix3 * turn.y_axis);
-    let size = x.length_squared();
-    if (y.length_squared() - size).abs() > 1e-9 * size || x.dot(y).abs() > 1e-9 * size {
-        let key = if table.get("matrix").is_some() { "matrix" } else { "scale" };
-        return Err(
-            table.error(key, "would make the disc an ellipse; scale it the same along its plane, or use a mesh")
-        );
-    }
     Ok(DAffine3 { matrix3: turn * DMat3::from_diagonal(DVec3::splat(radius)), translation: center })
+}
+
+/// `center` and `radius`.
+fn round(table: &Table<'_>) -> Result<(DVec3, f64), Error> {
+    let center = DVec3::from(table.numbers::<3>("center")?.unwrap_or([0.0; 3]));
+    let radius = table.number("radius")?.unwrap_or(1.0);
+    if radius <= 0.0 {
+        return Err(table.error("radius", "must be above 0 m"));
+    }
+    Ok((center, radius))
 }
 
 fn rectangle(table: &Table<'_>) -> Result<DAffine3, Error> {

@@ -124,7 +124,7 @@ fn a_wrong_file_is_one_sentence_with_its_place() {
 #[test]
 fn keys_reach_the_scene() {
     let scene = read(
-        "name = \"n\"\n[camera]\nposition=[0,0,5]\nfov_y_deg=90\n[film]\nsize=[3,2]\nspp=7\nmax_depth=2\n[sky]\nradiance=[1,2,3]\nrotate_deg=180\nscale=2\n\
+        "name = \"n\"\n[camera]\nposition=[0,0,5]\nfov_y_deg=90\n[film]\nsize=[3,2]\nspp=7\nmax_depth=2\n[sky]\nradiance=[1,2,3]\nscale=2\n\
          [[texture]]\nname=\"c\"\ntype=\"checker\"\nsquares=[1,2]\n\
          [[material]]\nname=\"m\"\nalbedo={texture=\"c\", channel=\"g\", factor=0.5}\nalpha=0.5\nemission=3\n\
          [[shape]]\ntype=\"box\"\nmaterial=\"m\"\ntranslate=[1,0,0]\n\

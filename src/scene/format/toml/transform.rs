@@ -33,11 +33,15 @@ pub fn transform(table: &Table<'_>) -> Result<DAffine3, Error> {
     if result.is_finite() && is_invertible(&result.matrix3) {
         return Ok(result);
     }
-    let key = if table.get("matrix").is_some() { "matrix" } else { "scale" };
     Err(table.error(
-        key,
+        placed_by(table),
         "gives a transform without an inverse (an axis has length 0, or two fall together); make it invertible",
     ))
+}
+
+/// The key that an unusable placement is told at.
+pub fn placed_by(table: &Table<'_>) -> &'static str {
+    if table.get("matrix").is_some() { "matrix" } else { "scale" }
 }
 
 fn rotation(table: &Table<'_>) -> Result<DMat3, Error> {
