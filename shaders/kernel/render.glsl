@@ -58,11 +58,17 @@ void main() {
     if (slot >= push.tile_pixels * push.block_count) {
         return;
     }
+#if BY_LIST
+    uvec2 job = jobs.rows[slot];
+    uint pixel = job.x;
+    uint first_sample = job.y * push.block_samples;
+#else
     uint in_tile = slot % push.tile_pixels;
     uint x = push.tile_x + in_tile % push.tile_width;
     uint y = push.tile_y + in_tile / push.tile_width;
     uint pixel = y * WIDTH + x;
     uint first_sample = (push.first_block + slot / push.tile_pixels) * push.block_samples;
+#endif
     uint last_sample = first_sample + (push.block_samples - 1u);
     uint sample_index = first_sample;
     Tally tally = tally_new();

@@ -33,7 +33,7 @@ pub struct Args {
     /// Samples a pixel of a rendered reference [default: 32 times what the fastest variant takes in the budget]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(32..), conflicts_with = "reference")]
     reference_spp: Option<u64>,
-    /// Variants: words joined by +, such as mis+independent, bsdf, mis+everything, mis+cpu
+    /// Variants: words joined by +, such as mis+independent, bsdf, mis+adaptive, mis+everything, mis+cpu
     #[arg(long, value_name = "V,V...", value_delimiter = ',', default_value = "mis,mis+independent,bsdf,light")]
     variants: Vec<String>,
     /// Seconds of a run, set-up included
@@ -133,7 +133,8 @@ fn study(
     let max_depth = args.max_depth.or(scene.film.max_depth).unwrap_or(Settings::default().max_depth);
     let open = |variant: &Variant, seed: u32| -> Result<Box<dyn SampleSource + '_>, Error> {
         let settings = Settings { seed, max_depth, ..variant.settings };
-        let kernel = KernelOptions { everything: variant.everything, ..KernelOptions::default() };
+        let kernel =
+            KernelOptions { everything: variant.everything, by_list: variant.adaptive, ..KernelOptions::default() };
         let device = variant.device.as_deref().unwrap_or(&args.device);
         let opened = source::open(scene, &settings, &Options { device, kernel });
         Ok(opened.map_err(|e| Error::Scene(format!("{}, {}: {e:#}", scene.name, variant.name)))?.source)
@@ -175,7 +176,8 @@ fn own_reference(
     // The file holds how well it is known.
     let aovs = Aovs::NONE.with("variance").with("samples");
     let settings = Settings { sampler: SamplerKind::Independent, integrator, max_depth, aovs, ..Settings::default() };
-    let variant = Variant { name: "reference".into(), settings, everything: false, device: first.device.clone() };
+    let device = first.device.clone();
+    let variant = Variant { name: "reference".into(), settings, everything: false, adaptive: false, device };
     let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
     let mut source = open(&variant, reference::SEED)?;
     let blocks = match args.reference_spp {

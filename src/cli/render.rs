@@ -7,6 +7,7 @@ use steradian::film::Film;
 use steradian::film::aov::{Aovs, Names};
 use steradian::film::slot::BLOCK_SAMPLES;
 use steradian::film::source::DeviceInfo;
+use steradian::gpu::renderer::KernelOptions;
 use steradian::integrator::Settings;
 use steradian::output::look::{Look, Tonemap};
 use steradian::output::record::{self, Record, Stages};
@@ -60,6 +61,9 @@ pub struct Args {
     /// What an .exr holds beside radiance: names with commas, all or none [default: albedo,normal,depth,variance,samples]
     #[arg(long, value_name = "LIST", value_parser = Aovs::parse)]
     aov: Option<Aovs>,
+    /// Takes more samples where the error is; --spp is then their mean
+    #[arg(long, conflicts_with_all = ["tiled", "max_memory"])]
+    adaptive: bool,
     /// Writes the run's record as JSON
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
@@ -107,7 +111,8 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let stops = stops(args, &scene, started, &mut notes);
 
     // Trace.
-    let options = super::source::Options { device: &args.device, kernel: args.kernel.options() };
+    let kernel = KernelOptions { by_list: args.adaptive, ..args.kernel.options() };
+    let options = super::source::Options { device: &args.device, kernel };
     let opened = super::source::open(&scene, &settings, &options)?;
     let mut source = opened.source;
     seconds.bvh = opened.bvh_s;
@@ -146,7 +151,8 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
             (totals, Pictures::Begun(pictures))
         }
         None => {
-            let mut outcome = render::render_window(source.as_mut(), window, &stops, &poll, &mut observe)?;
+            let render = if args.adaptive { render::render_adaptive } else { render::render_window };
+            let mut outcome = render(source.as_mut(), window, &stops, &poll, &mut observe)?;
             outcome.film.set_names(names.clone());
             (Totals::of(&outcome), Pictures::Film(Box::new(outcome)))
         }
@@ -278,7 +284,11 @@ fn make_record(
         estimator: keyword(settings.estimator),
         sampler: keyword(settings.sampler),
         max_depth: settings.max_depth,
-        spp: totals.min_block_count as u64 * BLOCK_SAMPLES as u64,
+        spp: match totals.spread {
+            Some(_) => totals.samples / film_of_scene.window().pixel_count() as u64,
+            None => u64::from(totals.min_block_count * BLOCK_SAMPLES),
+        },
+        adaptive: totals.spread,
         stopped_by: totals.stopped_by.name().into(),
         wall_s: 0.0,
         seconds,

@@ -52,7 +52,7 @@ impl<'a> Subject<'a> {
         // A fault must not leave a kernel in the user's cache.
         let no_cache = self.fault.is_some();
         let everything = self.everything || matches!(self.fault, Some(Fault::NothingLeftOut));
-        let options = KernelOptions { everything, no_cache, edits };
+        let options = KernelOptions { everything, no_cache, by_list: false, edits };
         Renderer::new(self.device, faulty.as_ref().unwrap_or(prepared), settings, &options)
     }
 

@@ -14,6 +14,7 @@ pub mod filter;
 pub mod ledger;
 pub mod slot;
 pub mod source;
+pub mod spans;
 
 use std::ops::Range;
 
@@ -63,7 +64,7 @@ pub struct Film {
     window: Tile,
     first_block: u64,
     sums: Vec<PixelSums>,
-    /// Blocks added, by pixel: they differ only when a pass was stopped between tiles.
+    /// Blocks added, by pixel: they differ when sampling is adaptive, or a pass was stopped between tiles.
     block_count: Vec<u32>,
     aovs: Aovs,
     layout: Layout,
@@ -189,43 +190,43 @@ impl Film {
         let tile_pixels = tile.pixel_count();
         let slot_count = tile_pixels * (blocks.end - blocks.start) as usize;
         assert!(rows.len() >= slot_count * rows_a_slot, "the tile's slots are all there");
-        let (width, first_block) = (self.window.width as usize, self.first_block);
         let (left, top) = ((tile.x - self.window.x) as usize, (tile.y - self.window.y) as usize);
-        let (begin, end) = (top * width, (top + tile.height as usize) * width);
-        let layout = &self.layout;
-        let (sum_count, id_count) = (layout.sums, layout.ids);
-        let rows_of_sums =
-            split_rows(&mut self.aov_sums[begin * sum_count..end * sum_count], width * sum_count, tile.height);
-        let rows_of_ids =
-            split_rows(&mut self.aov_ids[begin * id_count..end * id_count], width * id_count, tile.height);
-
         // One image row a job; events are joined in row order, so that their f64 sums do not depend on threads.
-        let events: Vec<Events> = (self.sums[begin..end].par_chunks_mut(width))
-            .zip(self.block_count[begin..end].par_chunks_mut(width))
-            .enumerate()
-            .map(|(row, (sums, counts))| (row, sums, counts))
-            .zip(rows_of_sums.zip(rows_of_ids))
-            .map(|((row, sums, counts), (aov_sums, aov_ids))| {
+        let image_rows = self.image_rows(top..top + tile.height as usize);
+        let events: Vec<Events> = (image_rows.into_par_iter().enumerate())
+            .map(|(row, mut sums)| {
                 let mut events = Events::default();
                 for column in 0..tile.width as usize {
-                    let x = left + column;
                     let position = (tile.x + column as u32, tile.y + row as u32);
                     for (step, block) in blocks.clone().enumerate() {
-                        let first_row = (step * tile_pixels + row * tile.width as usize + column) * rows_a_slot;
-                        let slot: &SlotRecord = bytemuck::cast_ref(array2(rows, first_row));
-                        let next = first_block + counts[x] as u64;
-                        add_slot(&mut sums[x], slot, block, next, position, &mut events);
-                        if layout.rows > 0 {
-                            let more = &rows[first_row + SLOT_ROWS..first_row + rows_a_slot];
-                            let sums = &mut aov_sums[x * sum_count..][..sum_count];
-                            layout.add(more, sums, &mut aov_ids[x * id_count..][..id_count]);
-                        }
-                        counts[x] += 1;
+                        let slot = step * tile_pixels + row * tile.width as usize + column;
+                        let rows = &rows[slot * rows_a_slot..][..rows_a_slot];
+                        sums.add(left + column, position, block, rows, &mut events);
                     }
                 }
                 events
             })
             .collect();
+        self.take_all(events)
+    }
+
+    /// The accumulators of these rows of the window.
+    fn image_rows(&mut self, range: Range<usize>) -> Vec<ImageRow<'_>> {
+        let (width, layout, first_block) = (self.window.width as usize, &self.layout, self.first_block);
+        let (begin, end) = (range.start * width, range.end * width);
+        let mut aov_sums = &mut self.aov_sums[begin * layout.sums..end * layout.sums];
+        let mut aov_ids = &mut self.aov_ids[begin * layout.ids..end * layout.ids];
+        let sums = self.sums[begin..end].chunks_mut(width);
+        let rows = sums.zip(self.block_count[begin..end].chunks_mut(width)).map(|(sums, counts)| {
+            let aov_sums = aov_sums.split_off_mut(..width * layout.sums).expect("every row was counted in");
+            let aov_ids = aov_ids.split_off_mut(..width * layout.ids).expect("every row was counted in");
+            ImageRow { sums, counts, aov_sums, aov_ids, layout, first_block }
+        });
+        rows.collect()
+    }
+
+    /// Joins what rows brought beside radiance; the rays in it.
+    fn take_all(&mut self, events: Vec<Events>) -> u64 {
         let before = self.ray_count;
         events.into_iter().for_each(|e| self.take(e));
         self.ray_count - before
@@ -312,6 +313,31 @@ struct Events {
     ledger: Ledger,
 }
 
+/// The accumulators of one row of the window.
+struct ImageRow<'a> {
+    sums: &'a mut [PixelSums],
+    counts: &'a mut [u32],
+    aov_sums: &'a mut [f64],
+    aov_ids: &'a mut [IdCounts],
+    layout: &'a Layout,
+    first_block: u64,
+}
+
+impl ImageRow<'_> {
+    /// Adds the rows of one slot to the pixel in column `x` of the window, which lies at `position` in the image.
+    fn add(&mut self, x: usize, position: (u32, u32), block: u64, rows: &[[u32; 4]], events: &mut Events) {
+        let slot: &SlotRecord = bytemuck::cast_ref(array2(rows));
+        let next = self.first_block + u64::from(self.counts[x]);
+        add_slot(&mut self.sums[x], slot, block, next, position, events);
+        let layout = self.layout;
+        if layout.rows > 0 {
+            let sums = &mut self.aov_sums[x * layout.sums..][..layout.sums];
+            layout.add(&rows[SLOT_ROWS..], sums, &mut self.aov_ids[x * layout.ids..][..layout.ids]);
+        }
+        self.counts[x] += 1;
+    }
+}
+
 fn add_slot(sums: &mut PixelSums, slot: &SlotRecord, block: u64, next: u64, position: (u32, u32), events: &mut Events) {
     debug_assert_eq!(block, next, "blocks of a pixel come in order, without gaps");
     for c in 0..3 {
@@ -332,21 +358,9 @@ fn add_slot(sums: &mut PixelSums, slot: &SlotRecord, block: u64, next: u64, posi
     events.ledger.add_slot(slot, position);
 }
 
-/// The two rows from `first`.
-fn array2(rows: &[[u32; 4]], first: usize) -> &[[u32; 4]; 2] {
-    rows[first..first + 2].try_into().expect("two rows were sliced")
-}
-
-/// `count` rows of `width` each; empty rows where the width is 0.
-fn split_rows<T: Send>(all: &mut [T], width: usize, count: u32) -> impl IndexedParallelIterator<Item = &mut [T]> {
-    let mut rest = all;
-    let mut rows: Vec<&mut [T]> = Vec::with_capacity(count as usize);
-    for _ in 0..count {
-        let (row, tail) = rest.split_at_mut(width);
-        rows.push(row);
-        rest = tail;
-    }
-    rows.into_par_iter()
+/// The first two rows.
+fn array2(rows: &[[u32; 4]]) -> &[[u32; 4]; 2] {
+    rows.first_chunk().expect("a slot has two rows at least")
 }
 
 #[cfg(test)]

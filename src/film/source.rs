@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Film;
 use super::aov::Aovs;
+use super::spans::Span;
 use crate::error::Error;
 
 /// Something that renders whole blocks of samples into a film.
@@ -24,15 +25,24 @@ pub trait SampleSource {
         film: &mut Film,
         stop: &dyn Fn() -> bool,
     ) -> Result<PassStats, Error>;
+    /// The same for a list of blocks by pixel of the film's window, in ascending order of pixels. A sample has the same bits either way.
+    fn render_spans(&mut self, spans: &[Span], film: &mut Film, stop: &dyn Fn() -> bool) -> Result<PassStats, Error>;
     fn describe(&self) -> DeviceInfo;
 }
 
-/// What one call of `render_blocks` did.
+/// What one call of `render_blocks` or `render_spans` did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PassStats {
     pub rays: u64,
     /// Time on the device, without the host's summing.
     pub device_time_s: f64,
+}
+
+impl std::ops::AddAssign for PassStats {
+    fn add_assign(&mut self, other: Self) {
+        self.rays += other.rays;
+        self.device_time_s += other.device_time_s;
+    }
 }
 
 /// What the record says of the device and the kernel.

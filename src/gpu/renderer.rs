@@ -3,6 +3,8 @@
 //! A dispatch covers a tile of pixels and a range of blocks, sized to a time budget by the rate measured so far, so that a stop is
 //! seen soon and no dispatch runs into a driver's time limit.
 
+mod list;
+
 use std::borrow::Cow;
 use std::ops::Range;
 use std::time::Instant;
@@ -11,6 +13,7 @@ use crate::error::Error;
 use crate::film::aov::{Aovs, Layout};
 use crate::film::slot::{self, BLOCK_SAMPLES, SLOT_ROWS};
 use crate::film::source::{DeviceInfo, PassStats, SampleSource};
+use crate::film::spans::Span;
 use crate::film::{Film, Tile};
 use crate::gpu::{Buffer, Device, Pipeline, Table};
 use crate::integrator::Settings;
@@ -37,6 +40,8 @@ pub struct KernelOptions {
     pub everything: bool,
     /// SPIR-V is not looked up nor kept on disk.
     pub no_cache: bool,
+    /// Slots come from a list, as adaptive sampling needs it; else from tiles.
+    pub by_list: bool,
     /// Changes to the text, for gates that need another kernel (one sample a slot, a deliberate fault). A kernel with edits
     /// that does not fit or does not compile is an error.
     pub edits: Vec<Edit>,
@@ -48,6 +53,8 @@ pub struct Renderer {
     pipeline: Pipeline,
     tables: Vec<Table>,
     slots: Buffer,
+    /// Pixel and block of each slot, where the kernel takes them from a list.
+    jobs: Option<Buffer>,
     width: u32,
     height: u32,
     aovs: Aovs,
@@ -86,7 +93,7 @@ impl Renderer {
         settings: &Settings,
         options: &KernelOptions,
     ) -> Result<Self, Error> {
-        let features = Features::of(prepared, settings);
+        let features = Features { by_list: options.by_list, ..Features::of(prepared, settings) };
         if !options.edits.is_empty() && !options.everything {
             return Self::with_features(device, prepared, settings, features, options);
         }
@@ -141,6 +148,10 @@ impl Renderer {
         // Small images keep several blocks in a dispatch; more than 64 blocks would only cost memory.
         let slot_count = (SLOT_BYTES / (slot_rows * 16)).min(pixel_count * 64);
         let slots = device.buffer("slots", (slot_count * slot_rows * 16) as u64)?;
+        let jobs = match features.by_list {
+            true => Some(device.buffer("jobs", (slot_count * size_of::<list::Job>()) as u64)?),
+            false => None,
+        };
         let stats = KernelStats {
             spirv_words: spirv.words().len(),
             kernel_hash: spirv.key().to_owned(),
@@ -155,6 +166,7 @@ impl Renderer {
             pipeline,
             tables,
             slots,
+            jobs,
             width: prepared.width,
             height: prepared.height,
             aovs: features.aovs,
@@ -176,13 +188,8 @@ impl Renderer {
         }
         let (mut rows, mut time) = self.render_slots(tile, blocks.clone(), BLOCK_SAMPLES)?;
         self.name_objects(&mut rows);
-        let is_cut = |slot: &[[u32; 4]]| slot::LEDGER_CUT.read(&bytemuck::cast([slot[0], slot[1]])) > 0;
-        let cut: Vec<usize> =
-            (rows.chunks_exact(self.slot_rows).enumerate().filter(|s| is_cut(s.1))).map(|(index, _)| index).collect();
-        if cut.len() * CUT_SHARE > rows.len() / self.slot_rows {
-            self.takes_singles = true;
-            let note = "the driver ends loops after 65535 passes, and paths here need more: each sample has its own invocation";
-            self.notes.push(note.to_owned());
+        let cut = self.cut_slots(&rows);
+        if self.takes_singles {
             return self.render_joined(tile, blocks);
         }
         let pixels = tile.pixel_count();
@@ -195,6 +202,19 @@ impl Renderer {
             time += seconds;
         }
         Ok((rows, time))
+    }
+
+    /// Slots in which the driver ended loops, to be taken again; where they are many, every sample shall have its own invocation.
+    fn cut_slots(&mut self, rows: &[[u32; 4]]) -> Vec<usize> {
+        let is_cut = |slot: &[[u32; 4]]| slot::LEDGER_CUT.read(&bytemuck::cast([slot[0], slot[1]])) > 0;
+        let cut: Vec<usize> =
+            (rows.chunks_exact(self.slot_rows).enumerate().filter(|s| is_cut(s.1))).map(|(index, _)| index).collect();
+        if cut.len() * CUT_SHARE > rows.len() / self.slot_rows {
+            self.takes_singles = true;
+            let note = "the driver ends loops after 65535 passes, and paths here need more: each sample has its own invocation";
+            self.notes.push(note.to_owned());
+        }
+        cut
     }
 
     /// The same rows as `render_tile`, from slots of single samples.
@@ -229,22 +249,30 @@ impl Renderer {
         blocks: Range<u64>,
         block_samples: u32,
     ) -> Result<(Vec<[u32; 4]>, f64), Error> {
-        let block_count = (blocks.end - blocks.start) as u32;
-        let slot_count = tile.pixel_count() * block_count as usize;
+        if self.jobs.is_some() {
+            return self.dispatch_jobs(&list::of_tile(tile, blocks, self.width), block_samples);
+        }
         let push = Push {
             tile_x: tile.x,
             tile_y: tile.y,
             tile_width: tile.width,
             tile_pixels: tile.pixel_count() as u32,
             first_block: blocks.start as u32,
-            block_count,
+            block_count: (blocks.end - blocks.start) as u32,
             block_samples,
             seed: self.seed,
         };
+        self.dispatch(&push)
+    }
+
+    /// Runs the kernel for all slots that `push` speaks of; their rows, and seconds.
+    fn dispatch(&mut self, push: &Push) -> Result<(Vec<[u32; 4]>, f64), Error> {
+        let (slot_count, block_samples) = ((push.tile_pixels * push.block_count) as usize, push.block_samples);
         let mut bindings: Vec<_> = self.tables.iter().map(Table::binding).collect();
         bindings.push(self.slots.binding());
+        bindings.extend(self.jobs.iter().map(Buffer::binding));
         let groups = [(slot_count as u32).div_ceil(WORKGROUP), 1, 1];
-        let time = self.device.dispatch(&self.pipeline, &bindings, bytemuck::bytes_of(&push), groups)?.as_secs_f64();
+        let time = self.device.dispatch(&self.pipeline, &bindings, bytemuck::bytes_of(push), groups)?.as_secs_f64();
         if self.stats.first_dispatch_s == 0.0 {
             self.stats.first_dispatch_s = time;
         } else if block_samples == BLOCK_SAMPLES || self.takes_singles {
@@ -342,6 +370,10 @@ impl SampleSource for Renderer {
             block += step;
         }
         Ok(stats)
+    }
+
+    fn render_spans(&mut self, spans: &[Span], film: &mut Film, stop: &dyn Fn() -> bool) -> Result<PassStats, Error> {
+        self.render_list(spans, film, stop)
     }
 
     fn describe(&self) -> DeviceInfo {

@@ -1,7 +1,7 @@
 //! Error of a render without a reference, from the spread of its own blocks.
 //!
 //! relMSE of the image = mean over pixels and channels of (x-r)^2 / (r^2 + eps), whose expectation is
-//! mean of var(x) / (r^2 + eps). The variance of each mean comes from its n block means, r from the mean itself or, where that
+//! mean of var(x) / (r^2 + eps). The variance of each mean comes from its n block means (n may differ from pixel to pixel), r from the mean itself or, where that
 //! is not well known, from the mean of the 24 pixels around. The interval is
 //! for the relMSE that this very image has: of a pixel's term e both the true square (variance 2 e^2 for normal errors) and the
 //! estimate (2 e^2/(n-1)) scatter. Blocks of one scramble are not quite independent; the estimate is usually conservative
@@ -48,11 +48,11 @@ pub fn from_film(film: &Film) -> Option<FilmError> {
     let image_mean = film.image_mean().iter().sum::<f64>() / 3.0;
     let of_mean = (EPSILON_OF_MEAN * image_mean).powi(2);
     let epsilon_exposure = if of_mean > 0.0 { of_mean } else { EPSILON };
-    let n = film.min_block_count() as f64;
+    let dof: Vec<f64> = (0..film.pixel_count()).map(|pixel| f64::from(film.block_count(pixel)) - 1.0).collect();
     let scales = scales(film);
     let mut terms: Vec<f64> = pixel_terms(film, &scales, EPSILON);
-    let relmse = with_interval(&terms, n);
-    let relmse_exposure = with_interval(&pixel_terms(film, &scales, epsilon_exposure), n);
+    let relmse = with_interval(&terms, &dof);
+    let relmse_exposure = with_interval(&pixel_terms(film, &scales, epsilon_exposure), &dof);
     terms.sort_by(f64::total_cmp);
     let total: f64 = terms.iter().sum();
     terms.truncate(terms.len() - trimmed_count(terms.len()));
@@ -117,20 +117,22 @@ fn scales(film: &Film) -> Vec<[f64; 3]> {
     (0..film.pixel_count()).into_par_iter().map(scale).collect()
 }
 
-/// Mean of the terms and its interval. A pixel's channels move together, so a term counts as one value. The degrees of
-/// freedom are those of the blocks times the number of pixels that carry the sum, (sum e)^2 / sum e^2.
-fn with_interval(terms: &[f64], n: f64) -> Estimate {
+/// Mean of the terms and its interval. A pixel's channels move together, so a term e counts as one value, with as many degrees of
+/// freedom nu as its blocks leave. Those of the sum are (sum e)^2 / sum (e^2 / nu) (Satterthwaite 1946): where all nu are equal, nu times
+/// the number of pixels that carry the sum.
+fn with_interval(terms: &[f64], dof: &[f64]) -> Estimate {
     let count = terms.len() as f64;
     let total: f64 = terms.iter().sum();
-    let squares: f64 = terms.iter().map(|e| e * e).sum();
     let value = total / count;
     if total <= 0.0 {
         return Estimate { value, low: 0.0, high: value };
     }
-    // E[e_hat^2] = e^2 (1 + 2/(n-1)) overstates e^2; divided out.
-    let e_squared = squares / (1.0 + 2.0 / (n - 1.0));
-    let standard_error = (e_squared * (2.0 + 2.0 / (n - 1.0))).sqrt() / count;
-    let dof = (n - 1.0) * total * total / squares;
-    let half_width = student_t_quantile(0.975, dof) * standard_error;
+    let (mut variance, mut carried) = (0.0, 0.0);
+    for (e, nu) in terms.iter().zip(dof) {
+        // E[e_hat^2] = e^2 (1 + 2/nu) overstates e^2; divided out.
+        variance += e * e / (1.0 + 2.0 / nu) * (2.0 + 2.0 / nu);
+        carried += e * e / nu;
+    }
+    let half_width = student_t_quantile(0.975, total * total / carried) * variance.sqrt() / count;
     Estimate { value, low: (value - half_width).max(0.0), high: value + half_width }
 }

@@ -9,6 +9,7 @@ use crate::film::Tile;
 use crate::film::filter::PixelFilter;
 use crate::film::ledger::Ledger;
 use crate::metric::estimate::Estimate;
+use crate::render::adaptive::Spread;
 
 /// Seconds by stage. `write` is 0 in the copy inside an EXR's header, which is written before it is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -38,8 +39,11 @@ pub struct Record {
     pub estimator: String,
     pub sampler: String,
     pub max_depth: u32,
-    /// Samples a pixel; where a pass was interrupted, the fewest of any pixel.
+    /// Samples a pixel; where a pass was interrupted, the fewest of any pixel; of an adaptive render the mean, rounded down.
     pub spp: u64,
+    /// Fewest and most samples of a pixel, where sampling was adaptive. The image has no bias by it: see `render::adaptive`.
+    #[serde(default)]
+    pub adaptive: Option<Spread>,
     /// What ended the render: "spp", "time", "error" or "interrupt".
     pub stopped_by: String,
     /// From process start to the end of the render (in an EXR's header) or of the last file (elsewhere).
@@ -76,8 +80,10 @@ impl Record {
         let s = &self.seconds;
         let mebibytes = |bytes: u64| bytes as f64 / (1 << 20) as f64;
         let crop = self.crop.map_or(String::new(), |c| format!(" (crop {}x{} at {},{})", c.width, c.height, c.x, c.y));
+        let spread =
+            self.adaptive.map_or(String::new(), |s| format!(" on average ({} to {})", s.fewest_spp, s.most_spp));
         format!(
-            "{}x{}{crop} at {} spp in {:.2} s, {error}\n\
+            "{}x{}{crop} at {} spp{spread} in {:.2} s, {error}\n\
              load {:.2}, bvh {:.2}, compile {:.2}, upload {:.2}, trace {:.2}, write {:.2} s; {:.3} Msamples/s, {:.2} Mrays/s\n\
              host {:.0} MiB, device {:.0} MiB; {} ({}); lost: {}",
             self.width,

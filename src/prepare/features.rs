@@ -22,6 +22,9 @@ pub struct Features {
     pub group_count: u32,
     /// Cameras in the text, ascending numbers of `camera::MODELS`: the scene's.
     pub cameras: Vec<usize>,
+    /// Slots are those of a list; else of a tile and a range of blocks. Only how a kernel is asked says so (`KernelOptions`), so that
+    /// `everything` leaves it.
+    pub by_list: bool,
     /// Film positions come from the filter's table; else the box of one pixel.
     pub filter: bool,
     pub triangles: bool,
@@ -94,6 +97,7 @@ impl Features {
             aovs: settings.aovs,
             group_count: p.group_count,
             cameras: vec![p.camera.kind as usize],
+            by_list: false,
             filter: !p.filter.is_empty(),
             triangles: !p.triangles.is_empty(),
             spheres: !p.spheres.is_empty(),
@@ -240,6 +244,7 @@ impl Features {
             ("AOVS", self.aovs.in_slots()),
             ("AOV_SPLIT", self.aovs.has("direct") || self.aovs.has("indirect")),
             ("LIGHT_GROUPS", self.aovs.group_count() > 0),
+            ("BY_LIST", self.by_list),
             ("HAS_RECEIVER", self.receiver()),
             ("HAS_FILTER", self.filter),
             ("HAS_TRIANGLES", self.triangles),

@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::film::aov::{self, Aovs, Layout};
 use crate::film::slot::{self, BLOCK_SAMPLES, SlotRecord};
 use crate::film::source::{DeviceInfo, PassStats, SampleSource};
+use crate::film::spans::{Parts, Span};
 use crate::film::{Film, Tile};
 use crate::integrator::Settings;
 use crate::prepare::records::NONE;
@@ -70,17 +71,24 @@ impl<W: World> Renderer<W> {
     /// Rows of the slots of `tile`, in the film's order.
     fn tile(&self, tile: Tile, blocks: Range<u64>) -> Vec<[u32; 4]> {
         let pixels = tile.pixel_count();
-        let slots = pixels * (blocks.end - blocks.start) as usize;
-        let layout = Layout::of(self.settings.aovs);
-        let rows_of = |i: usize| {
+        self.slots(pixels * (blocks.end - blocks.start) as usize, |i| {
             let at = i % pixels;
             let pixel = [tile.x + at as u32 % tile.width, tile.y + at as u32 / tile.width];
-            let (slot, more) = self.block(pixel, blocks.start + (i / pixels) as u64, &layout);
+            (pixel, blocks.start + (i / pixels) as u64)
+        })
+    }
+
+    /// Rows of `count` slots, each of the pixel and block that `place` says.
+    fn slots(&self, count: usize, place: impl Fn(usize) -> ([u32; 2], u64) + Sync) -> Vec<[u32; 4]> {
+        let layout = Layout::of(self.settings.aovs);
+        let rows_of = |i: usize| {
+            let (pixel, block) = place(i);
+            let (slot, more) = self.block(pixel, block, &layout);
             let rows: [[u32; 4]; slot::SLOT_ROWS] = bytemuck::cast(slot);
             rows.into_iter().chain(more)
         };
         // Indexed, so that slots land in order whichever thread made them.
-        let parts: Vec<_> = (0..slots).into_par_iter().map(rows_of).collect();
+        let parts: Vec<_> = (0..count).into_par_iter().map(rows_of).collect();
         parts.into_iter().flatten().collect()
     }
 }
@@ -115,6 +123,26 @@ impl<W: World> SampleSource for Renderer<W> {
                 let tile = Tile { y: window.y + y, height: rows.min(window.height - y), ..window };
                 stats.rays += film.add_tile(tile, block..block + 1, &self.tile(tile, block..block + 1));
             }
+        }
+        stats.device_time_s = start.elapsed().as_secs_f64();
+        Ok(stats)
+    }
+
+    fn render_spans(&mut self, spans: &[Span], film: &mut Film, stop: &dyn Fn() -> bool) -> Result<PassStats, Error> {
+        let start = Instant::now();
+        let window = film.window();
+        let mut stats = PassStats::default();
+        let mut parts = Parts::of(spans);
+        while let Some(part) = parts.next(BAND_SAMPLES / BLOCK_SAMPLES as usize) {
+            if stop() {
+                break;
+            }
+            let of_span = |s: &Span| {
+                let pixel = [window.x + s.pixel % window.width, window.y + s.pixel / window.width];
+                (s.first..s.first + u64::from(s.count)).map(move |block| (pixel, block))
+            };
+            let places: Vec<([u32; 2], u64)> = part.iter().flat_map(of_span).collect();
+            stats.rays += film.add_spans(&part, &self.slots(places.len(), |i| places[i]));
         }
         stats.device_time_s = start.elapsed().as_secs_f64();
         Ok(stats)

@@ -5,6 +5,7 @@
 
 use std::time::Instant;
 
+use super::adaptive::Spread;
 use super::{Outcome, Progress, StoppedBy, Stops, render_window};
 use crate::error::Error;
 use crate::film::ledger::Ledger;
@@ -26,6 +27,8 @@ pub struct Totals {
     pub error: Option<Estimate>,
     /// All that is known of the error, where the film was whole: the other measures need the image's mean and its worst pixels.
     pub whole: Option<FilmError>,
+    /// Of an adaptive render.
+    pub spread: Option<Spread>,
     pub trace_s: f64,
     pub stopped_by: StoppedBy,
 }
@@ -34,6 +37,7 @@ impl Totals {
     pub fn of(outcome: &Outcome) -> Self {
         let film = &outcome.film;
         Self {
+            spread: outcome.is_adaptive.then(|| Spread::of(film)),
             samples: film.sample_count(),
             rays: film.ray_count(),
             ledger: film.ledger().clone(),
@@ -66,6 +70,7 @@ pub fn render_bands(
         film_bytes: 0,
         error: None,
         whole: None,
+        spread: None,
         trace_s: 0.0,
         stopped_by: StoppedBy::Spp,
     };

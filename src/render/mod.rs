@@ -6,9 +6,12 @@
 //! at the upper end of the estimate's interval: a render that stops on its own estimate prefers low ones, and the value alone would
 //! promise too much. On an interrupt the source stops after whole blocks, and what is there is kept.
 
+pub mod adaptive;
 pub mod bands;
 
 use std::time::Instant;
+
+use adaptive::Adaptive;
 
 use crate::error::Error;
 use crate::film::slot::BLOCK_SAMPLES;
@@ -95,6 +98,8 @@ pub struct Outcome {
     pub trace_s: f64,
     pub rays: u64,
     pub error: Option<FilmError>,
+    /// Pixels have numbers of samples of their own.
+    pub is_adaptive: bool,
 }
 
 /// Renders all of the source's image until a stop: see `render_window`.
@@ -116,14 +121,26 @@ pub fn render_window(
     interrupted: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, Error> {
-    render_by(&Instant::now, source, window, stops, interrupted, observe)
+    render_by(&Instant::now, source, window, None, stops, interrupted, observe)
 }
 
-/// `render_window` by a clock, which tests set.
+/// The same with more samples where the error is; `Stops::blocks` are those of a pixel on average.
+pub fn render_adaptive(
+    source: &mut dyn SampleSource,
+    window: Tile,
+    stops: &Stops,
+    interrupted: &dyn Fn() -> bool,
+    observe: &mut dyn FnMut(&Progress),
+) -> Result<Outcome, Error> {
+    render_by(&Instant::now, source, window, Some(Adaptive::new(window)), stops, interrupted, observe)
+}
+
+/// `render_window` or `render_adaptive` by a clock, which tests set.
 fn render_by(
     now: &dyn Fn() -> Instant,
     source: &mut dyn SampleSource,
     window: Tile,
+    mut adaptive: Option<Adaptive>,
     stops: &Stops,
     interrupted: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Progress),
@@ -160,10 +177,14 @@ fn render_by(
         let count = pace.pass_blocks(since(begun)).min(left).min(affordable);
         let count = count.min(blocks_to_error(stops, error, estimated_at, done));
         let pass_begun = now();
-        rays += source.render_blocks(done..done + count, &mut film, interrupted)?.rays;
+        let pass = match &mut adaptive {
+            None => source.render_blocks(done..done + count, &mut film, interrupted),
+            Some(adaptive) => adaptive.advance(source, &mut film, done + count, interrupted),
+        };
+        rays += pass?.rays;
         pace.learn(count, since(pass_begun));
         // A source that was stopped may have left out blocks; the film knows what there is.
-        done = film.min_block_count() as u64;
+        done = adaptive.as_ref().map_or(u64::from(film.min_block_count()), Adaptive::mean);
         let trace_s = since(begun);
         let is_near = blocks_to_error(stops, error, estimated_at, done) <= count;
         if trace_s >= next_estimate_s || is_near {
@@ -182,7 +203,7 @@ fn render_by(
     };
     let trace_s = since(begun);
     let error = estimate::from_film(&film);
-    Ok(Outcome { film, stopped_by, trace_s, rays, error })
+    Ok(Outcome { film, stopped_by, trace_s, rays, error, is_adaptive: adaptive.is_some() })
 }
 
 /// Blocks after which the error should be the wanted one, falling as one over the samples; at least 1. No limit when none is wanted.

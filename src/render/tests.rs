@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use super::*;
 use crate::film::slot::SlotRecord;
 use crate::film::source::{DeviceInfo, PassStats};
+use crate::film::spans::Span;
 use crate::metric::error::compare_values as compare;
 use crate::prepare::records::NONE;
 
@@ -64,6 +65,21 @@ impl Exponential {
     }
 }
 
+impl Exponential {
+    /// Its rays.
+    fn add_block(&self, film: &mut Film, pixel: usize, block: u64) -> u64 {
+        let mut sum = [0.0; 3];
+        for sample in block * 16..block * 16 + 16 {
+            let u = self.uniform(pixel, sample);
+            let x = if self.has_spikes { 0.6 + 200.0 * f64::from(u < 0.002) } else { -u.ln() };
+            (0..3).for_each(|c| sum[c] += Self::mean(pixel)[c] * x);
+        }
+        let slot = SlotRecord { sum: sum.map(|v| v as f32), rays: 16, first_bad: NONE, ..Default::default() };
+        film.add_block(pixel, block, &slot);
+        16
+    }
+}
+
 impl SampleSource for Exponential {
     fn resolution(&self) -> (u32, u32) {
         self.size
@@ -82,15 +98,20 @@ impl SampleSource for Exponential {
             }
             self.clock.advance(self.block_s);
             for pixel in 0..film.pixel_count() {
-                let mut sum = [0.0; 3];
-                for sample in block * 16..block * 16 + 16 {
-                    let u = self.uniform(pixel, sample);
-                    let x = if self.has_spikes { 0.6 + 200.0 * f64::from(u < 0.002) } else { -u.ln() };
-                    (0..3).for_each(|c| sum[c] += Self::mean(pixel)[c] * x);
-                }
-                let slot = SlotRecord { sum: sum.map(|v| v as f32), rays: 16, first_bad: NONE, ..Default::default() };
-                film.add_block(pixel, block, &slot);
-                rays += 16;
+                rays += self.add_block(film, pixel, block);
+            }
+        }
+        Ok(PassStats { rays, device_time_s: 0.0 })
+    }
+    fn render_spans(&mut self, spans: &[Span], film: &mut Film, stop: &dyn Fn() -> bool) -> Result<PassStats, Error> {
+        let mut rays = 0;
+        for span in spans {
+            if stop() {
+                break;
+            }
+            for block in span.first..span.first + u64::from(span.count) {
+                self.clock.advance(self.block_s / film.pixel_count() as f64);
+                rays += self.add_block(film, span.pixel as usize, block);
             }
         }
         Ok(PassStats { rays, device_time_s: 0.0 })
@@ -126,7 +147,7 @@ fn time_is_kept_without_overrun() {
         let mut source = Exponential { block_s, clock: clock.clone(), ..Exponential::new((2, 2), 1) };
         let stops = Stops { started: clock.start, ..stops(None, Some(time_s)) };
         let window = Tile::image(2, 2);
-        let outcome = render_by(&|| clock.now(), &mut source, window, &stops, &never, &mut |_| {}).unwrap();
+        let outcome = render_by(&|| clock.now(), &mut source, window, None, &stops, &never, &mut |_| {}).unwrap();
         assert_eq!(outcome.stopped_by, StoppedBy::Time);
         let blocks = outcome.film.min_block_count() as f64;
         assert!((outcome.trace_s - blocks * block_s).abs() < 1e-6, "{} s for {blocks} blocks", outcome.trace_s);

@@ -18,7 +18,7 @@ use crate::shader::{aovs, dispatch, tables};
 pub struct Program {
     /// Text and macros; generated parts have names in angle brackets.
     pub source: Source,
-    /// Tables in binding order with their bodies; the slots' buffer has the binding after them.
+    /// Tables in binding order with their bodies; the slots' buffer has the binding after them, then comes the list of jobs if there is one.
     pub tables: Vec<(&'static str, TableBody)>,
     /// (constant_id, bits) of the render.
     pub constants: Vec<(u32, u32)>,
@@ -44,7 +44,7 @@ pub const WORKGROUP: u32 = 64;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Push {
-    /// Corner and size of the tile in pixels.
+    /// Corner and size of the tile in pixels. Where slots come from a list, one pixel, and as many blocks as the list has.
     pub tile_x: u32,
     pub tile_y: u32,
     pub tile_width: u32,
@@ -199,8 +199,15 @@ fn head(f: &Features, tables: &[(&'static str, TableBody)]) -> String {
             text += &loader(name);
         }
     }
-    text +=
-        &format!("layout(set = 0, binding = {}, std430) buffer slots_block {{ uvec4 rows[]; }} slots;\n", tables.len());
+    let binding = tables.len();
+    text += &format!("layout(set = 0, binding = {binding}, std430) buffer slots_block {{ uvec4 rows[]; }} slots;\n");
+    if f.by_list {
+        // Pixel of the image, and block, of each slot: `gpu::renderer::list::Job`.
+        let binding = binding + 1;
+        text += &format!(
+            "layout(set = 0, binding = {binding}, std430) readonly buffer jobs_block {{ uvec2 rows[]; }} jobs;\n"
+        );
+    }
     text
 }
 

@@ -11,15 +11,17 @@ pub struct Variant {
     pub settings: Settings,
     /// The kernel with everything compiled in.
     pub everything: bool,
+    /// More samples where the error is; spp are those of a pixel on average.
+    pub adaptive: bool,
     /// Instead of the command's device.
     pub device: Option<String>,
 }
 
 impl Variant {
-    /// Words change `base`: an estimator, a sampler, an integrator, `everything`, `specialised`, `cpu`, `device=NAME`. The error
+    /// Words change `base`: an estimator, a sampler, an integrator, `everything`, `specialised`, `adaptive`, `cpu`, `device=NAME`. The error
     /// names the word and the ones there are.
     pub fn parse(name: &str, base: &Settings) -> Result<Self, String> {
-        let mut v = Self { name: name.to_owned(), settings: *base, everything: false, device: None };
+        let mut v = Self { name: name.to_owned(), settings: *base, everything: false, adaptive: false, device: None };
         for word in name.split('+') {
             if let Some(estimator) = of::<Estimator>(word) {
                 v.settings.estimator = estimator;
@@ -32,6 +34,7 @@ impl Variant {
             } else {
                 match word {
                     "everything" => v.everything = true,
+                    "adaptive" => v.adaptive = true,
                     "specialised" => v.everything = false,
                     "cpu" => v.device = Some("cpu".to_owned()),
                     _ => return Err(format!("'{word}' in the variant '{name}' is none of {}", words().join(", "))),
@@ -54,7 +57,7 @@ fn words() -> Vec<String> {
     let mut all = names::<Estimator>();
     all.extend(names::<SamplerKind>());
     all.extend(names::<IntegratorKind>());
-    all.extend(["everything", "specialised", "cpu", "device=NAME"].map(str::to_owned));
+    all.extend(["everything", "specialised", "adaptive", "cpu", "device=NAME"].map(str::to_owned));
     all
 }
 
@@ -66,6 +69,7 @@ mod tests {
     fn words_change_the_settings() {
         let v = Variant::parse("bsdf+independent+everything+device=llvm", &Settings::default()).unwrap();
         assert_eq!((v.settings.estimator, v.settings.sampler), (Estimator::Bsdf, SamplerKind::Independent));
+        assert!(!v.adaptive && Variant::parse("mis+adaptive", &Settings::default()).unwrap().adaptive);
         assert!(v.everything && v.device.as_deref() == Some("llvm"));
         let wrong = Variant::parse("mis+soboll", &Settings::default()).unwrap_err();
         assert!(wrong.contains("'soboll'") && wrong.contains("sobol, independent"), "{wrong}");

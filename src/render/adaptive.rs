@@ -1,0 +1,279 @@
+//! Adaptive sampling: samples go where the error is, and no pixel's mean is biased by it.
+//!
+//! Of n samples in all, the sum of v_p / n_p over the pixels is smallest for n_p in proportion to sqrt(v_p), where v_p is what a block of
+//! pixel p adds to the relative error: its variance over r^2 + (0.1 mean)^2 (relMSE as `--error` reads it). Such an n_p is not
+//! known; it must be guessed from samples, and a count that depends on the samples that it counts biases their mean: a pixel stops when it
+//! happens to look converged, which is when it has missed what is rare (Kirk and Arvo 1991, "Unbiased sampling techniques for image
+//! synthesis").
+//!
+//! Here no count depends on the samples of its own pixel. Pixels are coloured like a chessboard. **Counts of white pixels are made
+//! from samples of black ones and from nothing else, and the other way round**: the variance (that of the pixels of the other colour
+//! within 7x7), the image's mean, and the factor that makes the counts of a colour add up to its half of the samples. Pixels share no
+//! random numbers (`sampler::SampleId`). So, whatever the black samples are, given them the counts of white pixels are constants, and the
+//! means of so many samples unbiased. That would fail if a black pixel's part in it depended on how many samples it has, which white
+//! ones decide; so only its first `floor` blocks speak, and that number is the same for all and known beforehand:
+//!
+//! - up to 4 blocks a pixel all have the same (floor 4);
+//! - at 4 floors a pixel on average, every pixel has 2 floors at least: these become the new floor, and the weights are made anew.
+//!
+//! Within such an epoch the counts for m blocks a pixel on average are, for weight w, a fixed offset u in [0, 1) that rounds fairly, and
+//! the count at the epoch's beginning,
+//!
+//!     n_p(m) = max(n_p(begin), m/2, min(floor(c(m) w_p + u_p), 16 m/2)),
+//!
+//! with c(m) as large as the sum allows: monotone in m, at least half of the mean everywhere (nothing is starved, dark or not), at most
+//! eight times the mean. They depend on m and the seed and not on how a render is cut into passes, so that it can be repeated.
+//!
+//! A pixel far ahead of the floor passes later floors early: its statistics are noted when it has exactly 8, 16, ... blocks, 8 bytes each.
+//!
+//! What is not covered: which m a render ends at, by `--time` or `--error`, depends on its samples as it does without this. Errors of
+//! neighbours may be correlated in the second order: each had a say in the other's count. Measured: docs/adaptive.md. Tests:
+//! render/adaptive/tests.rs.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+use crate::film::slot::BLOCK_SAMPLES;
+use crate::film::source::{PassStats, SampleSource};
+use crate::film::spans::Span;
+use crate::film::{Film, Tile};
+use crate::metric::error::EPSILON_OF_MEAN;
+
+/// Blocks that all pixels take before any is preferred: of 24 neighbours 72 degrees of freedom.
+const FIRST_FLOOR: u32 = 4;
+/// No pixel has less than the mean over this, nor more than `MOST` times as much as that.
+const SHARE: u64 = 2;
+const MOST: u32 = 16;
+/// Neighbours are read this far away: 24 of the other colour in 7x7.
+const REACH: i64 = 3;
+/// Least weight in parts of the mean one, so that samples which the largest may not have find a taker.
+const LEAST_WEIGHT: f64 = 1e-3;
+
+/// What a pixel's first blocks say: root of its mean square over the channels, and of the variance of a block's mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Noted {
+    mean: f32,
+    deviation: f32,
+}
+
+/// Samples of the pixels of an adaptive render.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Spread {
+    pub fewest_spp: u64,
+    pub most_spp: u64,
+}
+
+impl Spread {
+    pub fn of(film: &Film) -> Self {
+        let counts = || (0..film.pixel_count()).map(|pixel| u64::from(film.block_count(pixel) * BLOCK_SAMPLES));
+        Self { fewest_spp: counts().min().unwrap_or(0), most_spp: counts().max().unwrap_or(0) }
+    }
+}
+
+/// How many blocks each pixel of a window gets.
+pub struct Adaptive {
+    width: usize,
+    pixel_count: usize,
+    /// Blocks a pixel on average, so far.
+    mean: u64,
+    /// First blocks that speak; 0 in the beginning.
+    floor: u32,
+    /// Counts at the epoch's beginning.
+    base: Vec<u32>,
+    weights: Vec<f32>,
+    /// By log2 of the number of blocks; empty where not needed or not yet.
+    noted: Vec<Vec<Noted>>,
+    weigh: fn(usize, &[Noted]) -> Vec<f32>,
+}
+
+impl Adaptive {
+    pub fn new(window: Tile) -> Self {
+        let pixel_count = window.pixel_count();
+        Self {
+            width: window.width as usize,
+            pixel_count,
+            mean: 0,
+            floor: 0,
+            base: vec![0; pixel_count],
+            weights: Vec::new(),
+            noted: vec![Vec::new(); u32::BITS as usize],
+            weigh,
+        }
+    }
+
+    /// Blocks a pixel on average.
+    pub fn mean(&self) -> u64 {
+        self.mean
+    }
+
+    /// Takes samples until there are `mean` blocks a pixel on average, fewer by a few in all where they do not come out even. When
+    /// `stop` turns true it may return early.
+    pub fn advance(
+        &mut self,
+        source: &mut dyn SampleSource,
+        film: &mut Film,
+        mean: u64,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<PassStats, Error> {
+        let mut stats = PassStats::default();
+        while self.mean < mean {
+            let next = mean.min(self.epoch_end());
+            let counts = self.counts(next);
+            stats += self.take(source, film, &counts, stop)?;
+            if stop() {
+                break;
+            }
+            self.mean = next;
+            if next == self.epoch_end() {
+                self.begin_epoch(counts);
+            }
+        }
+        Ok(stats)
+    }
+
+    /// Mean blocks at which the floor doubles.
+    fn epoch_end(&self) -> u64 {
+        if self.floor == 0 { u64::from(FIRST_FLOOR) } else { 2 * SHARE * u64::from(self.floor) }
+    }
+
+    fn begin_epoch(&mut self, counts: Vec<u32>) {
+        self.base = counts;
+        self.floor = if self.floor == 0 { FIRST_FLOOR } else { 2 * self.floor };
+        // All pixels have that many blocks, and it was noted when they had.
+        let noted = std::mem::take(&mut self.noted[self.floor.ilog2() as usize]);
+        self.weights = (self.weigh)(self.width, &noted);
+    }
+
+    /// Blocks of each pixel at `mean` blocks on average, within the epoch.
+    fn counts(&self, mean: u64) -> Vec<u32> {
+        if self.floor == 0 {
+            return vec![mean as u32; self.pixel_count];
+        }
+        let least = ((mean / SHARE) as u32).max(self.floor);
+        let most = least.saturating_mul(MOST);
+        let count = |pixel: usize, factor: f64| {
+            // Beyond `u32::MAX` the cast stays there.
+            let wanted = (factor * f64::from(self.weights[pixel]) + offset(pixel, self.width)) as u32;
+            wanted.min(most).max(least).max(self.base[pixel])
+        };
+        let factors = [0, 1].map(|colour| {
+            let pixels: Vec<usize> = (0..self.pixel_count).filter(|&p| colour_of(p, self.width) == colour).collect();
+            let budget = mean * pixels.len() as u64;
+            let fits = |factor: f64| pixels.par_iter().map(|&p| u64::from(count(p, factor))).sum::<u64>() <= budget;
+            largest(fits, f64::from(most))
+        });
+        (0..self.pixel_count).into_par_iter().map(|p| count(p, factors[colour_of(p, self.width)])).collect()
+    }
+
+    /// Renders what pixels lack of `counts`, and notes their statistics where they pass a floor to come.
+    fn take(
+        &mut self,
+        source: &mut dyn SampleSource,
+        film: &mut Film,
+        counts: &[u32],
+        stop: &dyn Fn() -> bool,
+    ) -> Result<PassStats, Error> {
+        let mut stats = PassStats::default();
+        loop {
+            // No further than the next floor at once.
+            let span = |pixel: usize| {
+                let first = film.block_count(pixel);
+                let end = counts[pixel].min((first + 1).next_power_of_two().max(FIRST_FLOOR));
+                (first < end).then(|| Span { pixel: pixel as u32, first: u64::from(first), count: end - first })
+            };
+            let spans: Vec<Span> = (0..self.pixel_count).into_par_iter().filter_map(span).collect();
+            if spans.is_empty() {
+                return Ok(stats);
+            }
+            stats += source.render_spans(&spans, film, stop)?;
+            spans.iter().for_each(|s| self.note(film, s.pixel as usize));
+            if stop() {
+                return Ok(stats);
+            }
+        }
+    }
+
+    fn note(&mut self, film: &Film, pixel: usize) {
+        let count = film.block_count(pixel);
+        if count < FIRST_FLOOR || !count.is_power_of_two() {
+            return;
+        }
+        let noted = &mut self.noted[count.ilog2() as usize];
+        noted.resize(self.pixel_count, Noted::default());
+        let root = |squares: [f64; 3]| (squares.iter().sum::<f64>() / 3.0).sqrt() as f32;
+        let variance = film.variance_of_mean(pixel).map(|v| v * f64::from(count));
+        noted[pixel] = Noted { mean: root(film.mean(pixel).map(|m| m * m)), deviation: root(variance) };
+    }
+}
+
+/// 0 or 1.
+fn colour_of(pixel: usize, width: usize) -> usize {
+    (pixel % width + pixel / width) & 1
+}
+
+/// In [0, 1), spread evenly over pixels that lie together: the sequence of Roberts 2018 ("The unreasonable effectiveness of
+/// quasirandom sequences"), whose two numbers are the powers of 1/1.32471795724474602596.
+fn offset(pixel: usize, width: usize) -> f64 {
+    ((pixel % width) as f64 * 0.754_877_666_246_692_7 + (pixel / width) as f64 * 0.569_840_290_998_053_2).fract()
+}
+
+/// The largest factor that fits, to the last bits; `fits` is true up to some factor, and 0 fits. `first` is where the search begins.
+fn largest(fits: impl Fn(f64) -> bool, first: f64) -> f64 {
+    let (mut low, mut high) = (0.0, first.max(1.0));
+    while fits(high) {
+        (low, high) = (high, 2.0 * high);
+        if high > 1e300 {
+            return low;
+        }
+    }
+    for _ in 0..64 {
+        let middle = 0.5 * (low + high);
+        if fits(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+/// A weight for each pixel, of the pixels of the other colour only.
+fn weigh(width: usize, noted: &[Noted]) -> Vec<f32> {
+    let height = noted.len() / width.max(1);
+    // By the colour that reads it: the mean of the other.
+    let mean = [1, 0].map(|other| {
+        let own = (0..noted.len()).filter(|&p| colour_of(p, width) == other);
+        let (sum, count) = own.fold((0.0, 0.0), |(sum, count), p| (sum + f64::from(noted[p].mean), count + 1.0));
+        if count > 0.0 { sum / count } else { 0.0 }
+    });
+    let weight = |pixel: usize| {
+        let colour = colour_of(pixel, width);
+        let (x, y) = ((pixel % width) as i64, (pixel / width) as i64);
+        let (mut r, mut variance, mut count) = (0.0, 0.0, 0.0);
+        for j in (y - REACH).max(0)..(y + REACH + 1).min(height as i64) {
+            for i in (x - REACH).max(0)..(x + REACH + 1).min(width as i64) {
+                let other = j as usize * width + i as usize;
+                if colour_of(other, width) != colour {
+                    r += f64::from(noted[other].mean);
+                    variance += f64::from(noted[other].deviation).powi(2);
+                    count += 1.0;
+                }
+            }
+        }
+        let scale = (r / count).powi(2) + (EPSILON_OF_MEAN * mean[colour]).powi(2);
+        // Without neighbours, or in the dark, there is nothing to prefer it for.
+        let weight = (variance / count / scale).sqrt();
+        if weight.is_finite() { weight } else { 0.0 }
+    };
+    let weights: Vec<f64> = (0..noted.len()).into_par_iter().map(weight).collect();
+    let least = [0, 1].map(|colour| {
+        let own = (0..noted.len()).filter(|&p| colour_of(p, width) == colour);
+        let (sum, count) = own.fold((0.0, 0.0), |(sum, count), p| (sum + weights[p], count + 1.0));
+        if sum > 0.0 { LEAST_WEIGHT * sum / count } else { 1.0 }
+    });
+    weights.iter().enumerate().map(|(p, w)| (w + least[colour_of(p, width)]) as f32).collect()
+}
+
+#[cfg(test)]
+mod tests;
