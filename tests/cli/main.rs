@@ -1,5 +1,6 @@
 //! The program from outside: texts, exit codes, files. Renders on the CPU reference, which every machine has.
 
+mod adaptive;
 mod bad_input;
 mod broken_files;
 mod compare;
