@@ -7,8 +7,8 @@ use std::time::Instant;
 use steradian::conform::models;
 use steradian::gpu::renderer::KernelOptions;
 use steradian::integrator::Settings;
-use steradian::output::image::{self, Picture};
-use steradian::output::write_atomically;
+use steradian::output::image::Picture;
+use steradian::output::{palette, write_atomically};
 use steradian::render::{self, Stops};
 use steradian::report::sheet;
 use steradian::showcase;
@@ -35,7 +35,7 @@ enum What {
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
     },
-    /// A contact sheet of every model below gltf/ of the assets folder, numbered in the order of their names
+    /// A contact sheet of every model below gltf/ of the assets folder, numbered in the order of their names; a PNG of 256 colours
     Sheet {
         /// PNG to write
         #[arg(short, long, value_name = "FILE")]
@@ -69,7 +69,8 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
         What::Sheet { output, size, spp, columns, device } => {
             let pictures = pictures([size.0, size.1], *spp, device)?;
             let (width, height, bytes) = sheet::lay_out(&pictures, usize::from(*columns));
-            image::write_rgb8(output, width, height, &bytes)?;
+            // 256 colours: the sheet is kept beside the text, and a third of the bytes looks the same at this size.
+            palette::write_png(output, width, height, &bytes)?;
             println!("wrote {}", output.display());
         }
     }

@@ -1,5 +1,5 @@
 //! Ctrl-C and SIGTERM. Where there is something to keep, the first signal asks the command to stop and to write it, the second
-//! ends the process at once. A render has nothing before its first samples (loading, compiling, a driver's own compilation at the
+//! ends the process at once, without half a file left behind. A render has nothing before its first samples (loading, compiling, a driver's own compilation at the
 //! first dispatch, which no one can ask to stop): the first signal then ends it.
 
 use std::sync::Arc;
@@ -36,6 +36,7 @@ impl Interrupt {
                 super::say("interrupted before the first samples: nothing is written");
             }
             if is_empty || !is_first {
+                steradian::output::remove_unfinished();
                 std::process::exit(130);
             }
             super::say("stopping; what is rendered will be written (once more to stop at once)");

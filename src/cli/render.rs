@@ -12,7 +12,7 @@ use steradian::integrator::Settings;
 use steradian::output::look::{Look, Tonemap};
 use steradian::output::record::{self, Record, Stages};
 use steradian::output::{self, Format};
-use steradian::render::bands::Totals;
+use steradian::render::bands::{Part, Totals};
 use steradian::render::{self, Outcome, StoppedBy, Stops};
 use steradian::scene::{self, Scene};
 
@@ -121,7 +121,8 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     notes.extend(source.describe().notes);
     let names = names(&scene, opened.origin);
     let whole = (scene.film.width, scene.film.height);
-    let subject = output::bands::Subject { window, whole, aovs: source.aovs(), names: &names, look };
+    let said = std::env::args().chain(notes.iter().cloned()).map(|text| text.len() + 1).sum();
+    let subject = output::bands::Subject { window, whole, aovs: source.aovs(), names: &names, look, said };
     let rows = if in_bands {
         bands::rows(
             args.tiled,
@@ -142,9 +143,15 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let (totals, pictures) = match rows {
         Some(rows) => {
             let mut pictures = output::bands::Bands::begin(&outputs, &subject)?;
-            let mut take = |mut film: Film| {
-                film.set_names(names.clone());
-                pictures.write(&film)
+            let mut take = |part: Part| match part {
+                Part::Rows(mut film) => {
+                    film.set_names(names.clone());
+                    pictures.write(&film)
+                }
+                Part::Blank(mut row, count) => {
+                    row.set_names(names.clone());
+                    pictures.write_blank(&row, count)
+                }
             };
             let totals =
                 render::bands::render_bands(source.as_mut(), window, rows, &stops, &poll, &mut observe, &mut take)?;

@@ -11,6 +11,7 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 use exr::block::UncompressedBlock;
+use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::writer::ChunksWriter;
 use exr::meta::attribute::ChannelDescription;
 use exr::meta::header::{Header, ImageAttributes};
@@ -25,7 +26,7 @@ use crate::error::Error;
 use crate::film::aov::{self, Aovs, Names};
 use crate::film::{Film, Tile};
 
-/// Bytes kept in a header for the record: some ten times what one takes.
+/// Bytes kept in a header for the record at least: some ten times what one takes without its command and notes.
 const RECORD_ROOM: usize = 64 << 10;
 /// Scan lines on their way to an EXR's thread.
 const LINES_AHEAD: usize = 16;
@@ -38,12 +39,22 @@ pub struct Subject<'a> {
     pub aovs: Aovs,
     pub names: &'a Names,
     pub look: Look,
+    /// Bytes of command and notes that the record will have.
+    pub said: usize,
+}
+
+impl Subject<'_> {
+    /// Bytes kept in a header for the record; characters that JSON escapes take two or more.
+    fn record_room(&self) -> usize {
+        RECORD_ROOM + 3 * self.said
+    }
 }
 
 /// Pictures being written.
 pub struct Bands {
     sinks: Vec<Sink>,
     look: Look,
+    record_room: usize,
 }
 
 struct Sink {
@@ -53,8 +64,8 @@ struct Sink {
 }
 
 enum Kind {
-    /// Lines to the thread that writes them.
-    Exr(SyncSender<Vec<u8>>, JoinHandle<Result<(), exr::error::Error>>),
+    /// Lines to the thread that writes them, each with how many times it stands.
+    Exr(SyncSender<(Vec<u8>, u32)>, JoinHandle<Result<(), exr::error::Error>>),
     Png(Box<png::StreamWriter<'static, BufWriter<File>>>),
     Hdr(BufWriter<File>),
 }
@@ -62,7 +73,7 @@ enum Kind {
 impl Bands {
     /// Begins every file.
     pub fn begin(paths: &[PathBuf], subject: &Subject) -> Result<Self, Error> {
-        let mut bands = Self { sinks: Vec::new(), look: subject.look };
+        let mut bands = Self { sinks: Vec::new(), look: subject.look, record_room: subject.record_room() };
         for path in paths {
             let beside = super::beside(path);
             let file = File::create(&beside).map_err(|e| Error::io("write", path, e))?;
@@ -97,7 +108,7 @@ impl Bands {
                         let values = channels.iter().flat_map(|c| pixels.clone().map(&c.value));
                         let line: Vec<u8> = values.flat_map(f32::to_ne_bytes).collect();
                         // The thread has ended early only with an error, which `finish` tells.
-                        lines.send(line).ok();
+                        lines.send((line, 1)).ok();
                         Ok(())
                     }
                     Kind::Png(out) => {
@@ -108,6 +119,34 @@ impl Bands {
                 };
                 written.map_err(|e| Error::io("write", &sink.path, e))?;
             }
+        }
+        Ok(())
+    }
+
+    /// Adds rows without samples, the last of the picture: `row` is the film of one. The line is made and compressed once, for an
+    /// interrupt of a large picture must end soon.
+    pub fn write_blank(&mut self, row: &Film, count: u32) -> Result<(), Error> {
+        let width = row.width() as usize;
+        let mut channels = aov::channels(row, row.names());
+        channels.sort_by(|a, b| a.name.cmp(&b.name));
+        for sink in &mut self.sinks {
+            let written = match &mut sink.kind {
+                Kind::Exr(lines, _) => {
+                    let values = channels.iter().flat_map(|c| (0..width).map(&c.value));
+                    lines.send((values.flat_map(f32::to_ne_bytes).collect(), count)).ok();
+                    Ok(())
+                }
+                Kind::Png(out) => {
+                    let black = image::rgb8([0.0; 3], &self.look).repeat(width);
+                    (0..count).try_for_each(|_| out.write_all(&black))
+                }
+                // Black is four zeros, and what a file has not been given reads as zeros.
+                Kind::Hdr(out) => out.flush().and_then(|()| {
+                    let end = out.stream_position()? + u64::from(count) * width as u64 * 4;
+                    out.get_ref().set_len(end)
+                }),
+            };
+            written.map_err(|e| Error::io("write", &sink.path, e))?;
         }
         Ok(())
     }
@@ -123,7 +162,9 @@ impl Bands {
                 Kind::Exr(lines, thread) => {
                     drop(lines);
                     let written = thread.join().expect("the writing thread does not panic");
-                    written.map_err(|e| exr_error(&path, e)).and_then(|()| put_record(&sink.beside, &path, record))
+                    written
+                        .map_err(|e| exr_error(&path, e))
+                        .and_then(|()| put_record(&sink.beside, &path, record, self.record_room))
                 }
                 Kind::Png(out) => out.finish().map_err(|e| Error::file(&path, format!("cannot write: {e}"))),
                 Kind::Hdr(mut out) => out.flush().map_err(io),
@@ -168,16 +209,22 @@ fn begin(path: &Path, file: File, subject: &Subject) -> Result<Kind, Error> {
         }
         Format::Exr => {
             let header = exr_header(subject);
-            let (sender, lines) = sync_channel::<Vec<u8>>(LINES_AHEAD);
+            let (sender, lines) = sync_channel::<(Vec<u8>, u32)>(LINES_AHEAD);
             let write = move || {
                 exr::block::write(out, [header].into_iter().collect(), false, |meta, chunks| {
-                    let indices = exr::block::enumerate_ordered_header_block_indices(&meta.headers);
-                    for (number, index) in indices {
-                        let Ok(data) = lines.recv() else {
+                    let mut indices = exr::block::enumerate_ordered_header_block_indices(&meta.headers);
+                    while let Some((number, index)) = indices.next() {
+                        let Ok((data, count)) = lines.recv() else {
                             return Err(exr::error::Error::Invalid("the picture ended before its last row".into()));
                         };
                         let block = UncompressedBlock { index, data };
-                        chunks.write_chunk(number, block.compress_to_chunk(&meta.headers)?)?;
+                        let chunk = block.compress_to_chunk(&meta.headers)?;
+                        let below = indices.by_ref().take(count.saturating_sub(1) as usize).zip(1..);
+                        let equal: Vec<(usize, i32)> = below.map(|((number, _), down)| (number, down)).collect();
+                        chunks.write_chunk(number, chunk.clone())?;
+                        for (number, down) in equal {
+                            chunks.write_chunk(number, lower(&chunk, down))?;
+                        }
                     }
                     Ok(())
                 })
@@ -185,6 +232,15 @@ fn begin(path: &Path, file: File, subject: &Subject) -> Result<Kind, Error> {
             Ok(Kind::Exr(sender, std::thread::spawn(write)))
         }
     }
+}
+
+/// The same scan line so many rows further down.
+fn lower(chunk: &Chunk, rows: i32) -> Chunk {
+    let mut copy = chunk.clone();
+    if let CompressedBlock::ScanLine(line) = &mut copy.compressed_block {
+        line.y_coordinate += rows;
+    }
+    copy
 }
 
 fn exr_header(subject: &Subject) -> Header {
@@ -199,7 +255,7 @@ fn exr_header(subject: &Subject) -> Header {
     };
     channels.iter().for_each(|c| add(&format!("unit.{}", c.name), c.unit));
     aov::attributes(subject.aovs, subject.names).iter().for_each(|(name, text)| add(name, text));
-    add(whole_exr::RECORD_ATTRIBUTE, &" ".repeat(RECORD_ROOM));
+    add(whole_exr::RECORD_ATTRIBUTE, &" ".repeat(subject.record_room()));
     attributes.layer_position = Vec2(subject.window.x as i32, subject.window.y as i32);
     let size = Vec2(subject.window.width as usize, subject.window.height as usize);
     let display = IntegerBounds::from_dimensions(Vec2(subject.whole.0 as usize, subject.whole.1 as usize));
@@ -216,16 +272,39 @@ fn exr_error(path: &Path, error: exr::error::Error) -> Error {
     }
 }
 
+/// The record in at most `room` bytes: what is too long is cut, and says so. Nothing that was rendered is lost for want of a note.
+fn fitted(record: &Record, room: usize) -> serde_json::Result<String> {
+    let mut json = serde_json::to_string(record)?;
+    let mut cut = record.clone();
+    while json.len() > room && !cut.notes.is_empty() {
+        cut.notes.truncate(cut.notes.len() / 2);
+        let mut shown = cut.clone();
+        let left_out = record.notes.len() - cut.notes.len();
+        shown.notes.push(format!("{left_out} more notes had no room in this header; stderr and --record have them"));
+        json = serde_json::to_string(&shown)?;
+        if cut.notes.is_empty() {
+            cut = shown;
+            break;
+        }
+    }
+    if json.len() > room {
+        let command = cut.command.chars().take(1000).collect::<String>();
+        cut.command = format!("{command} ... (cut: no room in this header)");
+        json = serde_json::to_string(&cut)?;
+    }
+    Ok(json)
+}
+
 /// Writes the record over the room that the header kept for it.
-fn put_record(file: &Path, path: &Path, record: &Record) -> Result<(), Error> {
-    let json = serde_json::to_string(record).map_err(|e| Error::file(path, format!("cannot write its record: {e}")))?;
-    if json.len() > RECORD_ROOM {
+fn put_record(file: &Path, path: &Path, record: &Record, room: usize) -> Result<(), Error> {
+    let json = fitted(record, room).map_err(|e| Error::file(path, format!("cannot write its record: {e}")))?;
+    if json.len() > room {
         return Err(Error::file(path, "cannot write its record: it is longer than the room in the header"));
     }
     let io = |e: std::io::Error| Error::io("write", path, e);
     let mut file = File::options().read(true).write(true).open(file).map_err(io)?;
     // An attribute is its name, its type, its length and its bytes; names and types end in 0.
-    let mark = [whole_exr::RECORD_ATTRIBUTE.as_bytes(), b"\0string\0", &(RECORD_ROOM as u32).to_le_bytes()].concat();
+    let mark = [whole_exr::RECORD_ATTRIBUTE.as_bytes(), b"\0string\0", &(room as u32).to_le_bytes()].concat();
     let (mut head, mut at) = (Vec::new(), None);
     while at.is_none() {
         let before = head.len();

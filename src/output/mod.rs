@@ -8,9 +8,11 @@ pub mod exr;
 pub mod hdr;
 pub mod image;
 pub mod look;
+pub mod palette;
 pub mod record;
 
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 use crate::error::Error;
 use crate::film::Film;
@@ -80,10 +82,27 @@ pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<(), Error>) -> R
     written
 }
 
+/// Files that this process may have begun. A signal's handler, which ends the process, knows nothing else of them.
+static BEGUN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes what was begun and not finished: before a process ends at once.
+pub fn remove_unfinished() {
+    if let Ok(begun) = BEGUN.lock() {
+        // Those that were finished have other names.
+        begun.iter().for_each(|path| drop(std::fs::remove_file(path)));
+    }
+}
+
 /// `dir/.name.PID.part`: on the same file system, and not the same for two processes.
 fn beside(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!(".{name}.{}.part", std::process::id()))
+    let beside = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
+    if let Ok(mut begun) = BEGUN.lock()
+        && !begun.contains(&beside)
+    {
+        begun.push(beside.clone());
+    }
+    beside
 }
 
 #[cfg(test)]

@@ -66,7 +66,8 @@ fn bands_make_the_same_files() {
     let look = Look { exposure_ev: -1.0, tonemap: look::Tonemap::Neutral };
     let whole = film();
     let names = crate::film::aov::Names::default();
-    let subject = bands::Subject { window: whole.window(), whole: (4, 3), aovs: whole.aovs(), names: &names, look };
+    let subject =
+        bands::Subject { window: whole.window(), whole: (4, 3), aovs: whole.aovs(), names: &names, look, said: 0 };
     let paths = ["b.exr", "b.png", "b.hdr"].map(path).to_vec();
     let mut written = bands::Bands::begin(&paths, &subject).unwrap();
     for (first, rows) in [(0, 2), (2, 1)] {
@@ -92,6 +93,52 @@ fn bands_make_the_same_files() {
     // Begun and dropped: nothing is left.
     drop(bands::Bands::begin(&[path("c.exr"), path("c.hdr")], &subject).unwrap());
     assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 6);
+}
+
+/// A picture that ends early: the rows below are as those of an empty film, and a long record does not stand in the way.
+#[test]
+fn blank_rows_and_long_records_end_a_picture() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name);
+    let (whole, names, look) = (film(), crate::film::aov::Names::default(), Look::default());
+    let window = crate::film::Tile { x: 3, y: 7, width: 4, height: 9 };
+    let notes: Vec<String> = (0..3000).map(|k| format!("note {k}: \"{}\"", "x".repeat(40))).collect();
+    let said: usize = notes.iter().map(String::len).sum();
+    for (said, is_cut) in [(said, false), (0, true)] {
+        let subject = bands::Subject { window, whole: (9, 20), aovs: whole.aovs(), names: &names, look, said };
+        let paths = ["b.exr", "b.png", "b.hdr"].map(path).to_vec();
+        let mut written = bands::Bands::begin(&paths, &subject).unwrap();
+        let mut part = Film::over(crate::film::Tile { height: 2, ..window }, whole.aovs(), 0);
+        for pixel in 0..part.pixel_count() {
+            (0..2).for_each(|block| part.add_block(pixel, block, &slot(pixel, block)));
+        }
+        written.write(&part).unwrap();
+        let row = Film::over(crate::film::Tile { height: 1, ..window }, whole.aovs(), 0);
+        written.write_blank(&row, 7).unwrap();
+        let record = Record { notes: notes.clone(), command: "render".into(), ..Default::default() };
+        written.finish(&record).unwrap();
+        for (path, bound) in paths.iter().zip([0.0, 0.003, 0.01]) {
+            let picture = image::read(path).unwrap();
+            assert_eq!((picture.width, picture.height), (4, 9), "{}", path.display());
+            for (k, pixel) in picture.pixels.iter().enumerate() {
+                let wanted = if k < 8 { part.mean_f32()[k] } else { [0.0; 3] };
+                assert!((0..3).all(|c| (pixel[c] - wanted[c]).abs() <= bound), "{} {k} {pixel:?}", path.display());
+            }
+        }
+        let depth = exr::read_channels(&path("b.exr"), ["depth.Z", "variance.R", "samples"]).unwrap().unwrap();
+        assert_eq!((depth[7][2], depth[8]), (32.0, [f32::INFINITY, f32::INFINITY, 0.0]));
+        let json = exr::read_record(&path("b.exr")).unwrap().unwrap();
+        let back: Record = serde_json::from_str(json.trim_end()).unwrap();
+        match is_cut {
+            false => assert_eq!(back, record),
+            true => assert!(
+                back.notes.len() > 500 && back.notes.last().unwrap().contains("had no room"),
+                "{:?}",
+                back.notes.last()
+            ),
+        }
+    }
+    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 3, "nothing is left beside");
 }
 
 #[test]

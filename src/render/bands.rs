@@ -51,7 +51,14 @@ impl Totals {
     }
 }
 
-/// Renders `window` in bands of at most `rows` rows and gives each film to `take`. `stops.blocks` must be there and is the only stop.
+/// What comes next of a picture, from top to bottom.
+pub enum Part {
+    Rows(Film),
+    /// So many rows without samples, the last: the film of one of them.
+    Blank(Film, u32),
+}
+
+/// Renders `window` in bands of at most `rows` rows and gives each to `take`. `stops.blocks` must be there and is the only stop.
 pub fn render_bands(
     source: &mut dyn SampleSource,
     window: Tile,
@@ -59,7 +66,7 @@ pub fn render_bands(
     stops: &Stops,
     interrupted: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Progress),
-    take: &mut dyn FnMut(Film) -> Result<(), Error>,
+    take: &mut dyn FnMut(Part) -> Result<(), Error>,
 ) -> Result<Totals, Error> {
     let begun = Instant::now();
     let mut totals = Totals {
@@ -80,26 +87,27 @@ pub fn render_bands(
     let bottom = window.y + window.height;
     while y < bottom {
         let band = Tile { y, height: rows.min(bottom - y), ..window };
-        let film = if totals.stopped_by == StoppedBy::Interrupt {
-            Film::over(band, source.aovs(), 0)
-        } else {
-            // The bar moves by rows, and within a band by blocks.
-            let (done, all) = (u64::from(y - window.y), u64::from(window.height));
-            let mut over_all = |p: &Progress| {
-                let blocks = (done * wanted + p.blocks_done * u64::from(band.height)) / all;
-                observe(&Progress { blocks_done: blocks, error: None, ..*p });
-            };
-            let outcome = render_window(source, band, stops, interrupted, &mut over_all)?;
-            totals.stopped_by = outcome.stopped_by;
-            errors.extend(outcome.error.map(|e| (band.pixel_count(), e.relmse)));
-            outcome.film
+        if totals.stopped_by == StoppedBy::Interrupt {
+            totals.min_block_count = 0;
+            take(Part::Blank(Film::over(Tile { height: 1, ..band }, source.aovs(), 0), bottom - y))?;
+            break;
+        }
+        // The bar moves by rows, and within a band by blocks.
+        let (done, all) = (u64::from(y - window.y), u64::from(window.height));
+        let mut over_all = |p: &Progress| {
+            let blocks = (done * wanted + p.blocks_done * u64::from(band.height)) / all;
+            observe(&Progress { blocks_done: blocks, error: None, ..*p });
         };
+        let outcome = render_window(source, band, stops, interrupted, &mut over_all)?;
+        totals.stopped_by = outcome.stopped_by;
+        errors.extend(outcome.error.map(|e| (band.pixel_count(), e.relmse)));
+        let film = outcome.film;
         totals.samples += film.sample_count();
         totals.rays += film.ray_count();
         totals.ledger.join(film.ledger());
         totals.min_block_count = totals.min_block_count.min(film.min_block_count());
         totals.film_bytes = totals.film_bytes.max(film.bytes());
-        take(film)?;
+        take(Part::Rows(film))?;
         y += band.height;
     }
     totals.error = estimate::joined(&errors);
@@ -133,8 +141,10 @@ mod tests {
         let whole = render_window(&mut source, window, &stops, &|| false, &mut |_| {}).unwrap();
         let mut means: Vec<[f32; 3]> = Vec::new();
         let mut fractions = Vec::new();
-        let mut take = |film: Film| {
-            means.extend(film.mean_f32());
+        let mut take = |part: Part| {
+            if let Part::Rows(film) = part {
+                means.extend(film.mean_f32());
+            }
             Ok(())
         };
         let mut observe = |p: &Progress| fractions.push(p.fraction());
@@ -143,6 +153,21 @@ mod tests {
         assert_eq!((totals.samples, totals.rays), (whole.film.sample_count(), whole.film.ray_count()));
         assert_eq!((totals.min_block_count, totals.film_bytes), (3, 27 * Film::bytes_a_pixel(Aovs::usual())));
         assert!(fractions.windows(2).all(|w| w[0] <= w[1]) && fractions.last() == Some(&1.0), "{fractions:?}");
+        // Interrupted after the first band: one film of it, and the rest in one.
+        let polls = std::cell::Cell::new(0);
+        let interrupted = || polls.replace(polls.get() + 1) >= 4;
+        let mut parts = Vec::new();
+        let mut take = |part: Part| {
+            parts.push(match part {
+                Part::Rows(film) => (film.height(), film.sample_count() > 0),
+                Part::Blank(film, rows) => (rows, film.sample_count() > 0),
+            });
+            Ok(())
+        };
+        let ended = render_bands(&mut source, window, 2, &stops, &interrupted, &mut |_| {}, &mut take).unwrap();
+        assert_eq!((ended.stopped_by, ended.min_block_count), (StoppedBy::Interrupt, 0));
+        assert_eq!(parts.iter().map(|p| p.0).sum::<u32>(), 8, "{parts:?}");
+        assert!(parts[0].1 && !parts.last().unwrap().1 && parts.len() <= 3, "{parts:?}");
         // The scale of a pixel's error looks at its neighbours, which a band's edge cuts off.
         let (a, b) = (totals.error.unwrap(), whole.error.unwrap().relmse);
         assert!((a.value / b.value - 1.0).abs() < 0.2 && a.low <= a.value && a.value <= a.high, "{a:?} {b:?}");

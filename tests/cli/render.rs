@@ -164,6 +164,37 @@ fn interrupt_writes_what_is_there() {
     }
 }
 
+/// A large picture in bands, interrupted: the rows below are black, and ending takes no longer than a small one's.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_picture_in_bands_is_whole_soon() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_steradian"))
+        .args(["render", &scene("cornell.toml").display().to_string(), "--device", "cpu", "--tiled"])
+        .args(["--size", "3000x3000", "--spp", "16"])
+        .args(["a.exr", "a.png", "a.hdr"].iter().flat_map(|name| ["-o".into(), path(name)]))
+        .arg("--record")
+        .arg(path("a.json"))
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(2500));
+    let begun = std::time::Instant::now();
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(begun.elapsed() < Duration::from_secs(20), "{:?}", begun.elapsed());
+    let record: Value = serde_json::from_str(&std::fs::read_to_string(path("a.json")).unwrap()).unwrap();
+    assert_eq!(record["stopped_by"], "interrupt");
+    for name in ["a.exr", "a.png", "a.hdr"] {
+        let picture = steradian::output::image::read(&path(name)).unwrap();
+        assert_eq!((picture.width, picture.height), (3000, 3000), "{name}");
+        assert_eq!(picture.pixels[8_999_999], [0.0; 3], "{name}");
+    }
+    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 4, "nothing is left beside");
+}
+
 /// A signal while the kernel is compiled, by the program or by the driver: at once, with a sentence, and no file.
 #[cfg(unix)]
 #[test]
