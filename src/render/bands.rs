@@ -35,13 +35,14 @@ pub struct Totals {
 
 impl Totals {
     pub fn of(outcome: &Outcome) -> Self {
-        Self::of_film(&outcome.film, outcome.error, outcome.trace_s, outcome.stopped_by)
+        let spread = outcome.is_adaptive.then(|| Spread::of(&outcome.film));
+        Self { spread, ..Self::of_film(&outcome.film, outcome.error, outcome.trace_s, outcome.stopped_by) }
     }
 
     /// Of a film that is traced for `trace_s` seconds so far.
     pub fn of_film(film: &Film, error: Option<FilmError>, trace_s: f64, stopped_by: StoppedBy) -> Self {
         Self {
-            spread: outcome.is_adaptive.then(|| Spread::of(film)),
+            spread: None,
             samples: film.sample_count(),
             rays: film.ray_count(),
             ledger: film.ledger().clone(),

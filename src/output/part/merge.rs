@@ -23,7 +23,8 @@ pub fn merge(paths: &[PathBuf]) -> Result<Part, Error> {
     for other in others {
         same_render(first, other)?;
     }
-    if let Some((path, _)) = headers.iter().find(|(_, h)| h.is_adaptive && headers.len() > 1) {
+    // Counts of an adaptive render depend on what was seen.
+    if let Some((path, _)) = headers.iter().find(|(_, h)| h.record.adaptive.is_some() && headers.len() > 1) {
         let message = "its samples were placed by what they showed, so it is no range that others could follow";
         return Err(Error::file(path, message));
     }

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::look::Look;
 use super::record::Record;
 use crate::error::Error;
-use crate::film::aov::{Aovs, Names};
+use crate::film::aov::{Aovs, GROUP_LIMIT, GROUPS, Names};
 use crate::film::slot::BLOCK_SAMPLES;
 use crate::film::store::{MAX_BLOCKS, ReadError};
 use crate::film::{Film, Tile};
@@ -47,9 +47,6 @@ pub struct Header {
     pub first_block: u64,
     /// Blocks that the render was asked for, counted from the first; None where time or error was to stop it.
     pub wanted_blocks: Option<u64>,
-    /// Which pixel gets how many samples depends on what was seen: such films are no sums of ranges.
-    #[serde(default)]
-    pub is_adaptive: bool,
     pub look: Look,
     pub names: Names,
     /// The run so far: seconds, rays, ledger, device. Of a render that still ran, `stopped_by` is "checkpoint".
@@ -70,8 +67,11 @@ pub fn is_part(path: &Path) -> bool {
 }
 
 impl Header {
+    /// None when it names one that is not known, or more light groups than there can be.
     pub fn aovs(&self) -> Option<Aovs> {
-        Aovs::parse(self.identity.setting("--aov")?).ok()
+        let aovs = Aovs::parse(self.identity.setting("--aov")?).ok()?;
+        let groups = self.names.groups.len();
+        (!aovs.has(GROUPS) || groups <= GROUP_LIMIT).then(|| aovs.with_groups(groups as u32))
     }
 
     /// First sample of every pixel.

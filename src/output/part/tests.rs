@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::film::noise::{bits, film};
+use crate::render::adaptive::Spread;
 
 const WINDOW: Tile = Tile { x: 1, y: 0, width: 5, height: 4 };
 
@@ -25,7 +26,6 @@ fn header(seed: u32) -> Header {
         window: WINDOW,
         first_block: 0,
         wanted_blocks: Some(8),
-        is_adaptive: false,
         look: Look { exposure_ev: 0.1, ..Look::default() },
         names: Names::default(),
         record,
@@ -54,6 +54,25 @@ fn a_part_comes_back() {
     assert_eq!(back.header.record.relmse_est_trimmed, None, "infinity is no JSON");
     assert_eq!(read_header(&path).unwrap(), back.header);
     assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1, "nothing is left beside");
+}
+
+/// As many rows of a slot as the scene has light groups.
+#[test]
+fn light_groups_come_back() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut header = header(1);
+    header.identity.settings[1].1 = "albedo,light_groups".into();
+    header.names.groups = ["lamp", "sky", ""].map(String::from).to_vec();
+    let aovs = header.aovs().unwrap();
+    assert_eq!(aovs.group_count(), 3);
+    let mut made = film(WINDOW, aovs, 0..2);
+    made.set_names(header.names.clone());
+    let path = dir.path().join("a.part");
+    write(&path, &header, &made).unwrap();
+    let back = read(&path).unwrap();
+    assert_eq!((bits(&back.film), back.film.aovs()), (bits(&made), aovs));
+    header.names.groups = vec!["x".into(); 99];
+    assert_eq!(header.aovs(), None, "more than slots hold");
 }
 
 #[test]
@@ -151,7 +170,10 @@ fn merging_adds_in_order_and_refuses_what_does_not_fit() {
     refused(&[&a, &change(&|h| h.identity.scene = "f01".into())], &["/d: its scene", "not that of"]);
     refused(&[&a, &change(&|h| h.identity.program = "steradian 9".into())], &["its version is steradian 9"]);
     refused(&[&a, &change(&|h| h.identity.device_family = "gpu X".into())], &["its device is gpu X", "is cpu"]);
-    refused(&[&a, &change(&|h| h.is_adaptive = true)], &["placed by what they showed"]);
+    refused(
+        &[&a, &change(&|h| h.record.adaptive = Some(Spread { fewest_spp: 16, most_spp: 32 }))],
+        &["placed by what they showed"],
+    );
     let kernel = merge(&[a, change(&|h| h.record.kernel_hash = "l".into())]).unwrap();
     assert!(kernel.header.record.notes[0].contains("kernel k and kernel l"), "{:?}", kernel.header.record.notes);
 }
