@@ -2,15 +2,16 @@
 //!
 //! A pass is sized to a time budget: half a second at first (so that progress and Ctrl-C are prompt), a tenth of the time
 //! traced so far later (so that the host's share stays small), at most 4 s. `--spp` is exact; `--time` counts from process
-//! start and no pass is begun that would overrun it by the rate measured, but at least one block is always rendered. `--error` looks
+//! start: every pixel gets one block at least, and the last pass is cut between two tiles where the clock says so (`Deadline`), so
+//! that some pixels have a block more than others, as after an interrupt. `--error` looks
 //! at the upper end of the estimate's interval: a render that stops on its own estimate prefers low ones, and the value alone would
 //! promise too much. On an interrupt the source stops after whole blocks, and what is there is kept.
 
 pub mod adaptive;
 pub mod bands;
-mod level;
 
-use std::time::Instant;
+use std::cell::Cell;
+use std::time::{Duration, Instant};
 
 use adaptive::Adaptive;
 
@@ -95,7 +96,7 @@ impl Progress {
 pub struct Outcome {
     pub film: Film,
     pub stopped_by: StoppedBy,
-    /// Seconds in the loop, and rays traced in it.
+    /// Seconds in the loop.
     pub trace_s: f64,
     pub rays: u64,
     pub error: Option<FilmError>,
@@ -114,7 +115,7 @@ pub fn render(
     render_window(source, Tile::image(width, height), stops, interrupted, observe)
 }
 
-/// Renders `window` of the source's image until a stop: see `render_film`.
+/// Renders `window` of the source's image until a stop. `interrupted` is polled between blocks; `observe` is called after each pass.
 pub fn render_window(
     source: &mut dyn SampleSource,
     window: Tile,
@@ -122,12 +123,7 @@ pub fn render_window(
     interrupted: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, Error> {
-    Film::check_memory(window.width, window.height, source.aovs())?;
-    let film = Film::over(window, source.aovs(), 0);
-    render_film(source, film, stops, interrupted, &mut |progress, _| {
-        observe(progress);
-        Ok(())
-    })
+    render_by(&Instant::now, source, window, None, stops, interrupted, observe)
 }
 
 /// The same with more samples where the error is; `Stops::blocks` are those of a pixel on average.
@@ -138,48 +134,30 @@ pub fn render_adaptive(
     interrupted: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, Error> {
-    Film::check_memory(window.width, window.height, source.aovs())?;
-    let film = Film::over(window, source.aovs(), 0);
-    let mut observe = |progress: &Progress, _: &Film| {
-        observe(progress);
-        Ok(())
-    };
-    render_by(&Instant::now, source, film, Some(Adaptive::new(window)), stops, interrupted, &mut observe)
+    render_by(&Instant::now, source, window, Some(Adaptive::new(window)), stops, interrupted, observe)
 }
 
-/// Adds blocks to `film`, which may have some already, until a stop: of its blocks together, and of the time since `stops.started`.
-/// A film whose pixels differ in blocks, as an interrupt leaves it, is made level first. `interrupted` is polled between blocks;
-/// `observe` is called after each pass with the film as it is then, and its error ends the render.
-pub fn render_film(
-    source: &mut dyn SampleSource,
-    film: Film,
-    stops: &Stops,
-    interrupted: &dyn Fn() -> bool,
-    observe: &mut dyn FnMut(&Progress, &Film) -> Result<(), Error>,
-) -> Result<Outcome, Error> {
-    render_by(&Instant::now, source, film, None, stops, interrupted, observe)
-}
-
-/// `render_film` or `render_adaptive` by a clock, which tests set.
+/// `render_window` or `render_adaptive` by a clock, which tests set.
 fn render_by(
     now: &dyn Fn() -> Instant,
     source: &mut dyn SampleSource,
-    mut film: Film,
+    window: Tile,
     mut adaptive: Option<Adaptive>,
     stops: &Stops,
     interrupted: &dyn Fn() -> bool,
-    observe: &mut dyn FnMut(&Progress, &Film) -> Result<(), Error>,
+    observe: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, Error> {
+    Film::check_memory(window.width, window.height, source.aovs())?;
+    let mut film = Film::over(window, source.aovs(), 0);
     let since = |then: Instant| now().duration_since(then).as_secs_f64();
     let begun = now();
-    let mut rays = level::level(source, &mut film, interrupted)?;
-    let first = film.first_block();
-    let mut done = film.min_block_count() as u64;
     let mut pace = Pace::default();
+    let deadline = Deadline::new(now, stops);
     let mut next_estimate_s = 0.0;
-    // The latest estimate, and the blocks that it was made from.
-    let mut error: Option<FilmError> = estimate::from_film(&film);
-    let mut estimated_at = done;
+    let mut error: Option<FilmError> = None;
+    let (mut done, mut rays) = (0u64, 0u64);
+    // Blocks that the latest estimate was made from.
+    let mut estimated_at = 0;
     let stopped_by = loop {
         if interrupted() {
             break StoppedBy::Interrupt;
@@ -188,11 +166,11 @@ fn render_by(
         if left == 0 {
             break StoppedBy::Spp;
         }
-        let time_left_s = stops.time_s.map_or(f64::INFINITY, |t| t - since(stops.started));
-        let affordable = pace.affordable(time_left_s);
-        if affordable == 0 {
+        if done > 0 && deadline.is_due() {
             break StoppedBy::Time;
         }
+        let time_left_s = stops.time_s.map_or(f64::INFINITY, |t| t - since(stops.started));
+        let affordable = pace.affordable(time_left_s);
         if let (Some(wanted), Some(e)) = (stops.error, error)
             && done >= ERROR_MIN_BLOCKS
             && e.relmse_exposure.high <= wanted
@@ -202,11 +180,16 @@ fn render_by(
         let count = pace.pass_blocks(since(begun)).min(left).min(affordable);
         let count = count.min(blocks_to_error(stops, error, estimated_at, done));
         let pass_begun = now();
+        deadline.begin_pass();
+        // The first block is taken whatever the clock says.
+        let stop = || interrupted() || (deadline.tile_ended() && done > 0);
         let pass = match &mut adaptive {
-            None => source.render_blocks(first + done..first + done + count, &mut film, interrupted),
-            Some(adaptive) => adaptive.advance(source, &mut film, done + count, interrupted),
+            None => source.render_blocks(done..done + count, &mut film, &stop),
+            Some(adaptive) => adaptive.advance(source, &mut film, done + count, &stop),
         };
         rays += pass?.rays;
+        // Not every source asks after its last tile.
+        deadline.tile_ended();
         pace.learn(count, since(pass_begun));
         // A source that was stopped may have left out blocks; the film knows what there is.
         done = adaptive.as_ref().map_or(u64::from(film.min_block_count()), Adaptive::mean);
@@ -217,15 +200,14 @@ fn render_by(
             estimated_at = done;
             next_estimate_s = trace_s * ESTIMATE_GROWTH;
         }
-        let progress = Progress {
+        observe(&Progress {
             blocks_done: done,
             blocks_wanted: stops.blocks,
             elapsed_s: since(stops.started),
             time_wanted_s: stops.time_s,
             error_wanted: stops.error,
             error,
-        };
-        observe(&progress, &film)?;
+        });
     };
     let trace_s = since(begun);
     let error = estimate::from_film(&film);
@@ -270,15 +252,43 @@ impl Pace {
         ((budget_s / self.seconds_a_block) as u64).clamp(1, 2 * self.last_count)
     }
 
-    /// Blocks that still fit into `time_left_s`; the first block always does.
+    /// Blocks that are begun in `time_left_s`, one at least; the clock cuts the last.
     fn affordable(&self, time_left_s: f64) -> u64 {
-        match self.passes {
-            0 => 1,
-            // The first pass compiled: try one more if any time is left at all and a warm block may be that short.
-            1 if time_left_s > 0.25 * self.seconds_a_block => ((time_left_s / self.seconds_a_block) as u64).max(1),
-            _ if time_left_s <= 0.0 => 0,
-            _ => (time_left_s / self.seconds_a_block) as u64,
-        }
+        if self.passes == 0 { 1 } else { ((time_left_s / self.seconds_a_block).ceil() as u64).max(1) }
+    }
+}
+
+/// When the time is up: from where one more tile, as long as the last one, would end later than the wish is away now.
+struct Deadline<'a> {
+    now: &'a dyn Fn() -> Instant,
+    end: Option<Instant>,
+    /// When the last tile ended or the pass began, and how long the last tile took.
+    last: Cell<(Instant, Duration)>,
+}
+
+impl<'a> Deadline<'a> {
+    fn new(now: &'a dyn Fn() -> Instant, stops: &Stops) -> Self {
+        let after = stops.time_s.and_then(|t| Duration::try_from_secs_f64(t.max(0.0)).ok());
+        let end = after.and_then(|after| stops.started.checked_add(after));
+        Self { now, end, last: Cell::new((now(), Duration::ZERO)) }
+    }
+
+    fn begin_pass(&self) {
+        self.last.set(((self.now)(), self.last.get().1));
+    }
+
+    /// Whether there is no time for another.
+    fn tile_ended(&self) -> bool {
+        let now = (self.now)();
+        let (before, last) = self.last.get();
+        let took = now.duration_since(before);
+        // Sources also ask before their first tile, where next to no time has passed.
+        self.last.set((now, if took < last / 16 { last } else { took }));
+        self.is_due()
+    }
+
+    fn is_due(&self) -> bool {
+        self.end.is_some_and(|end| (self.now)() + self.last.get().1 / 2 >= end)
     }
 }
 
