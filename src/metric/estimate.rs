@@ -1,11 +1,11 @@
 //! Error of a render without a reference, from the spread of its own blocks.
 //!
 //! relMSE of the image = mean over pixels and channels of (x-r)^2 / (r^2 + eps), whose expectation is
-//! mean of var(x) / (r^2 + eps). The variance of each mean comes from its n block means (n may differ from pixel to pixel), r from the mean itself or, where that
-//! is not well known, from the mean of the 24 pixels around. The interval is
-//! for the relMSE that this very image has: of a pixel's term e both the true square (variance 2 e^2 for normal errors) and the
-//! estimate (2 e^2/(n-1)) scatter. Blocks of one scramble are not quite independent; the estimate is usually conservative
-//! then. Below 2 blocks there is none. Coverage is tested in src/render/tests.rs.
+//! mean of var(x) / (r^2 + eps). The variance of each mean comes from its n block means (n may differ from pixel to pixel), r from the pixel and those of its neighbours
+//! that could be the same (`scales`). The interval is for the relMSE that this very image has: of a pixel's term e both the true square
+//! (variance 2 e^2 for normal errors) and the estimate (2 e^2/(n-1)) scatter. It is one of the logarithm: sums that a few pixels carry are
+//! wrong by factors. Blocks of one scramble are not quite independent; the estimate is usually conservative then. Below 2 blocks there is
+//! none. What no sample has met is not in it. Coverage: src/render/tests.rs, and on real scenes `bench --filter coverage`.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -17,8 +17,8 @@ use crate::film::Film;
 /// Share of the estimate in the worst 0.1 % of pixels above which the tails are too heavy to trust the interval.
 const HEAVY_TAIL_SHARE: f64 = 0.5;
 
-/// Relative standard error up to which a pixel's own mean stands for r.
-const WELL_KNOWN: f64 = 0.25;
+/// Fewest effective pixels of a sum that can be trusted: with 16 the true relMSE alone scatters by a third, sqrt(2/16), around its mean.
+const EFFECTIVE_MIN: f64 = 16.0;
 
 /// An estimated error with its 95 % interval.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -36,8 +36,14 @@ pub struct FilmError {
     pub relmse_exposure: Estimate,
     /// Without the worst 0.1 % of pixels.
     pub relmse_trimmed: f64,
-    /// The worst 0.1 % of pixels hold more than half of the estimate: the interval is not to be trusted.
+    /// The worst 0.1 % of pixels hold more than half of the estimate, or it is carried by fewer than 16 pixels: the interval is not
+    /// to be trusted.
     pub is_heavy_tailed: bool,
+    /// How many pixels carry the estimate: (sum e)^2 / sum e^2.
+    pub effective_pixels: f64,
+    /// How many blocks carry a pixel's sum, (sum b)^2 / sum b^2 over the number of blocks, averaged with the weights e: 1 where blocks are
+    /// alike, one over their number where the error is that of single bright blocks.
+    pub effective_blocks: f64,
 }
 
 /// The estimate; None while some pixel has fewer than two blocks.
@@ -53,6 +59,8 @@ pub fn from_film(film: &Film) -> Option<FilmError> {
     let mut terms: Vec<f64> = pixel_terms(film, &scales, EPSILON);
     let relmse = with_interval(&terms, &dof);
     let relmse_exposure = with_interval(&pixel_terms(film, &scales, epsilon_exposure), &dof);
+    let effective_pixels = terms.iter().sum::<f64>().powi(2) / terms.iter().map(|e| e * e).sum::<f64>().max(1e-300);
+    let effective_blocks = effective_blocks(film, &terms);
     terms.sort_by(f64::total_cmp);
     let total: f64 = terms.iter().sum();
     terms.truncate(terms.len() - trimmed_count(terms.len()));
@@ -61,7 +69,9 @@ pub fn from_film(film: &Film) -> Option<FilmError> {
         relmse,
         relmse_exposure,
         relmse_trimmed: kept / terms.len().max(1) as f64,
-        is_heavy_tailed: total > 0.0 && total - kept > HEAVY_TAIL_SHARE * total,
+        is_heavy_tailed: total > 0.0 && (total - kept > HEAVY_TAIL_SHARE * total || effective_pixels < EFFECTIVE_MIN),
+        effective_pixels,
+        effective_blocks,
     })
 }
 
@@ -88,31 +98,49 @@ fn pixel_terms(film: &Film, scales: &[[f64; 3]], epsilon: f64) -> Vec<f64> {
     (0..film.pixel_count()).into_par_iter().map(term).collect()
 }
 
-/// What stands for r: the pixel's own mean where that is well known, else the mean of the 24 around. The own mean of a
-/// pixel that just met a rare bright path is as wrong as its variance is large, and would hide the error it causes: with
-/// the showcase at 64 spp the estimate was a third of the true relMSE.
+/// See `FilmError::effective_blocks`. With the relative variance v of a mean of n blocks, (sum b)^2 / sum b^2 is n / (1 + (n-1) v).
+fn effective_blocks(film: &Film, terms: &[f64]) -> f64 {
+    let share = |pixel: usize| {
+        let n = f64::from(film.block_count(pixel));
+        let (mean, variance) = (film.mean(pixel), film.variance_of_mean(pixel));
+        let of_channel = |c: usize| {
+            let relative = variance[c] / (mean[c] * mean[c]);
+            if relative.is_finite() { 1.0 / (1.0 + (n - 1.0) * relative) } else { 1.0 }
+        };
+        (0..3).map(of_channel).sum::<f64>() / 3.0
+    };
+    let weighted: f64 = (0..terms.len()).into_par_iter().map(|pixel| terms[pixel] * share(pixel)).sum();
+    let total: f64 = terms.iter().sum();
+    if total > 0.0 { weighted / total } else { 1.0 }
+}
+
+/// What stands for r: the mean over the pixel and those of its eight neighbours whose means differ from its own by no more than a standard
+/// error of the difference. The own mean of a pixel that just met a rare bright path is as wrong as its variance is large, and would hide
+/// the error it causes; its weight is 1 - v with the relative variance v of its mean, which is 1 where a single block holds all. Across an
+/// edge neighbours say nothing: without the test, a lamp's rim was divided by the dark beside it, and the estimate was hundreds
+/// of times the truth. Means and variances of a pixel rise together, so that its own mean alone makes var/r^2 a tenth too small.
 fn scales(film: &Film) -> Vec<[f64; 3]> {
-    let (width, height) = (film.width() as i64, film.height() as i64);
-    let means: Vec<[f64; 3]> = (0..film.pixel_count()).into_par_iter().map(|pixel| film.mean(pixel)).collect();
+    let (width, height) = (film.width() as usize, film.height() as usize);
+    let known: Vec<([f64; 3], [f64; 3])> =
+        (0..film.pixel_count()).into_par_iter().map(|p| (film.mean(p), film.variance_of_mean(p))).collect();
     let scale = |pixel: usize| -> [f64; 3] {
-        let variance = film.variance_of_mean(pixel);
-        let (x, y) = (pixel as i64 % width, pixel as i64 / width);
-        std::array::from_fn(|c| {
-            let own = means[pixel][c];
-            if variance[c] <= (WELL_KNOWN * own).powi(2) {
-                return own;
-            }
-            let (mut sum, mut count) = (0.0, 0.0);
-            for j in (y - 2).max(0)..(y + 3).min(height) {
-                for i in (x - 2).max(0)..(x + 3).min(width) {
-                    if (i, j) != (x, y) {
-                        sum += means[(j * width + i) as usize][c];
-                        count += 1.0;
+        let (mean, variance) = known[pixel];
+        let (x, y) = (pixel % width, pixel / width);
+        let own = |c: usize| if mean[c] == 0.0 { 1.0 } else { (1.0 - variance[c] / (mean[c] * mean[c])).max(0.0) };
+        let mut weights: [f64; 3] = std::array::from_fn(own);
+        let mut sums: [f64; 3] = std::array::from_fn(|c| weights[c] * mean[c]);
+        for j in y.saturating_sub(1)..(y + 2).min(height) {
+            for i in x.saturating_sub(1)..(x + 2).min(width) {
+                let (other, its_variance) = known[j * width + i];
+                for c in (0..3).filter(|_| (i, j) != (x, y)) {
+                    if (other[c] - mean[c]).powi(2) <= variance[c] + its_variance[c] {
+                        weights[c] += 1.0;
+                        sums[c] += other[c];
                     }
                 }
             }
-            if count > 0.0 { sum / count } else { own }
-        })
+        }
+        std::array::from_fn(|c| if weights[c] > 1e-9 { sums[c] / weights[c] } else { mean[c] })
     };
     (0..film.pixel_count()).into_par_iter().map(scale).collect()
 }
@@ -133,6 +161,7 @@ fn with_interval(terms: &[f64], dof: &[f64]) -> Estimate {
         variance += e * e / (1.0 + 2.0 / nu) * (2.0 + 2.0 / nu);
         carried += e * e / nu;
     }
-    let half_width = student_t_quantile(0.975, total * total / carried) * variance.sqrt() / count;
-    Estimate { value, low: (value - half_width).max(0.0), high: value + half_width }
+    let standard_error = variance.sqrt() / count;
+    let factor = (student_t_quantile(0.975, total * total / carried) * standard_error / value).exp();
+    Estimate { value, low: value / factor, high: value * factor }
 }

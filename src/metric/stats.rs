@@ -74,6 +74,18 @@ pub fn sidak(level: f64, count: usize) -> f64 {
     -((-level).ln_1p() / count.max(1) as f64).exp_m1()
 }
 
+/// Interval of a share seen as `successes` of `count`, at `confidence` (Wilson 1927): it holds near 0 and 1 too.
+pub fn wilson(successes: u64, count: u64, confidence: f64) -> [f64; 2] {
+    if count == 0 {
+        return [0.0, 1.0];
+    }
+    let (n, z) = (count as f64, normal_quantile(0.5 + 0.5 * confidence));
+    let share = successes as f64 / n;
+    let middle = (share + z * z / (2.0 * n)) / (1.0 + z * z / n);
+    let half = z / (1.0 + z * z / n) * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
+    [(middle - half).max(0.0), (middle + half).min(1.0)]
+}
+
 /// Mean, unbiased variance and number of a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {

@@ -108,3 +108,12 @@ fn kolmogorov_at_known_values() {
     close(kolmogorov_sf(1.358_1), 0.05, 1e-4);
     close(kolmogorov_sf(1.627_6), 0.01, 1e-3);
 }
+
+/// Newcombe 1998, table 1: 81 of 263 gives 0.2553 to 0.3662, 0 of 20 gives 0 to 0.1611.
+#[test]
+fn shares_have_wilson_intervals() {
+    for (successes, count, low, high) in [(81, 263, 0.2553, 0.3662), (0, 20, 0.0, 0.1611)] {
+        let found = wilson(successes, count, 0.95);
+        assert!((found[0] - low).abs() < 5e-5 && (found[1] - high).abs() < 5e-5, "{found:?}");
+    }
+}
