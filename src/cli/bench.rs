@@ -1,4 +1,4 @@
-//! `bench`: rates of a device on generated scenes; JSON lines, or a table for people.
+//! `bench`: rates of a device on generated scenes; JSON lines, or a table for people. What it says of the error is in `bench_error`.
 
 use std::path::{Path, PathBuf};
 
@@ -9,28 +9,35 @@ use steradian::report::{bench_instances, bench_rays, samples, specialise};
 use steradian::scene::{self, format::toml};
 use steradian::shader::{compile::Edit, source};
 
-use super::{Exit, say};
+use super::{Exit, bench_error, say};
 
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene files to time in `samples`, at their own size and depth [default: the Cornell box of scenes/peer_a.toml]
     #[arg(value_name = "SCENE")]
-    scenes: Vec<PathBuf>,
+    pub scenes: Vec<PathBuf>,
     /// auto, an index of `steradian devices`, or part of a name
     #[arg(long, value_name = "D", default_value = "auto")]
     device: String,
-    /// Only benches whose name contains this: build, rays, instances, samples, specialise
+    /// Only benches whose name contains this: build, rays, instances, samples, specialise; or one of coverage, exponents, mis-bound,
+    /// estimate, which run only when named
     #[arg(long, value_name = "S", default_value = "")]
-    filter: String,
+    pub filter: String,
     /// Alternating rounds of each measurement
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..))]
-    rounds: u64,
+    pub rounds: u64,
     /// For `samples`: shader files that replace those of the same path, timed beside the kernel as it is
     #[arg(long = "try", value_name = "DIR")]
     tried: Option<PathBuf>,
+    /// For coverage and exponents: replicates [default: 1000, 32]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    pub seeds: Option<u32>,
+    /// For coverage, exponents, mis-bound, estimate: folder for their tables
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
     /// One JSON object a line
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 const BENCHES: [&str; 5] = ["build", "rays", "instances", "samples", "specialise"];
@@ -57,6 +64,9 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     let Selected::Vulkan(device) = gpu::select(&Choice::from(args.device.as_str()), &gpu::Options::default())? else {
         anyhow::bail!("bench measures Vulkan devices, and there is none: run ./x once, which installs software Vulkan");
     };
+    if bench_error::NAMES.contains(&args.filter.as_str()) {
+        return Ok(if bench_error::run(args, &device)? { Exit::Done } else { Exit::CheckFailed });
+    }
     let rounds = args.rounds as usize;
     if is_wanted("build") {
         println!("{}", serde_json::to_string(&bench_rays::build(rounds))?);

@@ -9,9 +9,10 @@ use steradian::film::source::SampleSource;
 use steradian::gpu::renderer::KernelOptions;
 use steradian::integrator::{SamplerKind, Settings};
 use steradian::output;
-use steradian::report::converge::page::Provenance;
 use steradian::report::converge::reference::{self, Reference};
 use steradian::report::converge::{self, Plan, Study, Variant, curves};
+use steradian::report::provenance::Provenance;
+use steradian::report::replicates;
 use steradian::scene::{self, Scene};
 
 use super::interrupt::Interrupt;
@@ -48,6 +49,9 @@ pub struct Args {
     /// Image size in pixels; else each scene's
     #[arg(long, value_name = "WxH", value_parser = super::parse_size)]
     size: Option<(u32, u32)>,
+    /// Image height in pixels, each scene in its own shape
+    #[arg(long, value_name = "N", conflicts_with = "size", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    height: Option<u32>,
     /// Path edges [default: the scene's, else 4096]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535))]
     max_depth: Option<u32>,
@@ -83,7 +87,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
         scene.notes.iter().for_each(say);
         studies.push(study(args, scene, &variants, &references, &interrupt)?);
         // Written after each scene, so that an interrupt loses at most the scene at hand.
-        converge::write(&args.output, &studies, &provenance())?;
+        converge::write(&args.output, &studies, &Provenance::here())?;
         if interrupt.is_set() {
             break;
         }
@@ -112,6 +116,9 @@ fn load(args: &Args, path: &Path) -> anyhow::Result<Scene> {
     if let Some((width, height)) = args.size {
         (scene.film.width, scene.film.height) = (width, height);
     }
+    if let Some(height) = args.height {
+        scene = replicates::resized(&scene, height);
+    }
     if let Some(env) = &args.env {
         replace_sky(&mut scene, env)?;
     }
@@ -136,7 +143,7 @@ fn study(
         let kernel =
             KernelOptions { everything: variant.everything, by_list: variant.adaptive, ..KernelOptions::default() };
         let device = variant.device.as_deref().unwrap_or(&args.device);
-        let opened = source::open(scene, &settings, &Options { device, kernel, ..Options::default() });
+        let opened = source::open(scene, &settings, &Options { device, kernel });
         Ok(opened.map_err(|e| Error::Scene(format!("{}, {}: {e:#}", scene.name, variant.name)))?.source)
     };
     let reference = match &args.reference {
@@ -224,39 +231,4 @@ fn own_reference(
     anyhow::ensure!(!interrupt.is_set(), "interrupted while rendering the reference of {}", scene.name);
     output::write_picture(&path, &outcome.film, &output::record::Record::default(), 0.0)?;
     Ok(Reference::of_film(&outcome.film, path.display().to_string()))
-}
-
-fn provenance() -> Provenance {
-    let model = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model =
-        model.lines().find_map(|l| l.strip_prefix("model name")).map(|l| l.trim_start_matches([' ', '\t', ':']));
-    let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
-    Provenance {
-        program: concat!("steradian ", env!("CARGO_PKG_VERSION")).into(),
-        command: command_line(),
-        commit: commit().unwrap_or_default(),
-        machine: format!("{}, {threads} threads", model.unwrap_or("unknown processor")),
-        date: humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
-    }
-}
-
-/// The program's own name without its folder, and the arguments.
-fn command_line() -> String {
-    let mut words: Vec<String> = std::env::args().collect();
-    if let Some(first) = words.first_mut() {
-        *first = "./x".into();
-    }
-    words.join(" ")
-}
-
-/// Of the checkout that the program was built in.
-fn commit() -> Option<String> {
-    let folder = std::env::current_exe().ok()?.parent()?.to_owned();
-    let git = std::process::Command::new("git")
-        .arg("-C")
-        .arg(folder)
-        .args(["describe", "--always", "--dirty"])
-        .output()
-        .ok()?;
-    git.status.success().then(|| String::from_utf8_lossy(&git.stdout).trim().to_owned())
 }

@@ -4,8 +4,7 @@
 //! Quad-Double Precision Floating Point Arithmetic". Sums of f32 blocks of one sign lose nothing until 2^50 of them.
 
 /// `high + low`, with |low| <= ulp(high)/2.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dd {
     pub high: f64,
     pub low: f64,

@@ -180,6 +180,11 @@ impl Renderer {
         })
     }
 
+    /// Other random numbers from here on, with the same kernel: what `Renderer::new` with this seed would give.
+    pub fn set_seed(&mut self, seed: u32) {
+        self.seed = seed;
+    }
+
     /// Renders one tile and block range, and returns its slots' rows. What the driver left out by ending loops is taken again,
     /// sample by sample; the result is the same to the bit.
     pub fn render_tile(&mut self, tile: Tile, blocks: Range<u64>) -> Result<(Vec<[u32; 4]>, f64), Error> {
@@ -378,10 +383,8 @@ impl SampleSource for Renderer {
 
     fn describe(&self) -> DeviceInfo {
         let info = self.device.info();
-        let kind = if info.is_software { "software" } else { "gpu" };
         DeviceInfo {
-            kind: kind.to_owned(),
-            family: format!("{kind} {}", info.driver),
+            kind: if info.is_software { "software" } else { "gpu" }.to_owned(),
             name: info.name.clone(),
             driver: format!("{} {}", info.driver, info.driver_version),
             kernel_hash: self.stats.kernel_hash.clone(),

@@ -257,7 +257,7 @@ impl Aovs {
 }
 
 /// Names behind the numbers of a film, and where its world's origin lies.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, Default)]
 pub struct Names {
     pub objects: Vec<String>,
     pub materials: Vec<String>,

@@ -164,7 +164,7 @@ fn exponent(runs: &[&Run], noise: f64) -> Option<Interval> {
     (slopes.len() >= 2).then(|| interval(&slopes))
 }
 
-fn slope(points: &[(f64, f64)]) -> f64 {
+pub fn slope(points: &[(f64, f64)]) -> f64 {
     let n = points.len() as f64;
     let (mx, my) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
     let (xy, xx) =
@@ -173,7 +173,7 @@ fn slope(points: &[(f64, f64)]) -> f64 {
 }
 
 /// Mean of the values and its interval by Student's t.
-fn interval(values: &[f64]) -> Interval {
+pub fn interval(values: &[f64]) -> Interval {
     let m = Moments::of(values.iter().copied());
     let half = m.half_width(0.95);
     Interval { value: m.mean, low: m.mean - half, high: m.mean + half }

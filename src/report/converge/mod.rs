@@ -9,6 +9,7 @@ pub mod curves;
 pub mod page;
 mod plot;
 pub mod reference;
+mod table;
 pub mod variant;
 
 pub use page::write;

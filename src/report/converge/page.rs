@@ -1,4 +1,5 @@
-//! The study's folder: `runs.csv`, `summary.json`, SVGs, pictures, and `index.html`, which holds all of it and needs no network.
+//! The study's folder: `runs.csv`, `summary.json`, `table.md`, SVGs with one of all scenes (`overview.svg`), equal-time strips, and
+//! `index.html`, which holds all of it and needs no network. Each figure carries what it was made by.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -8,24 +9,14 @@ use base64::prelude::BASE64_STANDARD;
 use serde::Serialize;
 
 use super::curves::{self, Interval, Summary};
-use super::{Study, plot};
+use super::{Study, plot, table};
 use crate::error::Error;
+use crate::film::source::DeviceInfo;
 use crate::metric::{error, flip};
 use crate::output::image::{self, Picture};
 use crate::output::write_atomically;
-
-/// Where and by what a study was made.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Provenance {
-    pub program: String,
-    pub command: String,
-    /// Of the checkout the program lies in; empty outside of one.
-    pub commit: String,
-    /// Processor and number of threads.
-    pub machine: String,
-    /// UTC.
-    pub date: String,
-}
+pub use crate::report::provenance::Provenance;
+use crate::report::sheet;
 
 #[derive(Serialize)]
 struct SceneSummary<'a> {
@@ -45,10 +36,13 @@ struct SceneSummary<'a> {
 pub fn write(folder: &Path, studies: &[Study], provenance: &Provenance) -> Result<(), Error> {
     let mut page = head(provenance);
     let mut scenes = Vec::new();
+    let mut all = Vec::new();
     for study in studies {
         let summaries = curves::summaries(study);
         let warnings = warnings(study, &summaries);
-        scene_part(folder, &mut page, study, &summaries, &warnings)?;
+        let foot = provenance.lines(&device_of(&summaries), &seeds_of(&summaries), "runs.csv");
+        scene_part(folder, &mut page, study, &summaries, &warnings, &foot)?;
+        all.push((study.scene.clone(), summaries.clone()));
         scenes.push(SceneSummary {
             scene: &study.scene,
             width: study.reference.picture.width,
@@ -63,11 +57,38 @@ pub fn write(folder: &Path, studies: &[Study], provenance: &Provenance) -> Resul
     }
     page += "</main></body></html>\n";
     let at = |name: &str| folder.join(name);
+    let every: Vec<Summary> = all.iter().flat_map(|(_, s)| s.iter().cloned()).collect();
+    let (device, seeds) = (device_of(&every), seeds_of(&every));
+    let drawn = plot::overview(&all, &provenance.lines(&device, &seeds, "runs.csv"));
+    if let Some(svg) = drawn.map_err(|e| Error::file(at("overview.svg"), format!("cannot draw the plot: {e}")))? {
+        write_atomically(&at("overview.svg"), svg.as_bytes())?;
+    }
+    let text = table::markdown(&all) + "\n" + &provenance.markdown(&device, &seeds, "runs.csv");
+    write_atomically(&at("table.md"), text.as_bytes())?;
     write_atomically(&at("runs.csv"), csv(studies).as_bytes())?;
     let json = serde_json::json!({ "provenance": provenance, "scenes": scenes });
     let json = serde_json::to_string_pretty(&json).map_err(|e| Error::file(at("summary.json"), e.to_string()))?;
     write_atomically(&at("summary.json"), (json + "\n").as_bytes())?;
     write_atomically(&at("index.html"), page.as_bytes())
+}
+
+/// Of the first variant; others may name their own (`device=`), which summary.json tells.
+fn device_of(summaries: &[Summary]) -> DeviceInfo {
+    summaries.first().map_or(DeviceInfo::default(), |s| DeviceInfo {
+        name: s.device.clone(),
+        driver: s.driver.clone(),
+        ..DeviceInfo::default()
+    })
+}
+
+/// "1 to 5": replicates count up.
+fn seeds_of(summaries: &[Summary]) -> String {
+    let seeds = || summaries.iter().flat_map(|s| s.seeds.iter().copied());
+    match (seeds().min(), seeds().max()) {
+        (Some(low), Some(high)) if low < high => format!("{low} to {high}"),
+        (Some(low), _) => low.to_string(),
+        _ => "none".into(),
+    }
 }
 
 /// One line a snapshot.
@@ -147,7 +168,7 @@ fn head(p: &Provenance) -> String {
          td:first-child,th:first-child{{text-align:left}}.plots{{display:flex;flex-wrap:wrap;gap:1em}}\
          .plots svg{{max-width:100%;height:auto;border:1px solid #eee}}.strip{{display:flex;flex-wrap:wrap;gap:1em}}\
          figure{{margin:0}}figcaption{{font-size:13px;max-width:260px}}img{{width:260px;image-rendering:pixelated;display:block}}\
-         .warn{{color:#a33}}code{{background:#f3f3f3;padding:.1em .3em}}</style></head><body><main>\
+         .warn{{color:#a33}}.small{{font-size:12px;color:#666;margin:0}}code{{background:#f3f3f3;padding:.1em .3em}}</style></head><body><main>\
          <h1>Error against run time</h1><p>Made by <code>{}</code><br>{} {} on {}, {}.</p>\
          <p>relMSE = mean of (x-r)&sup2;/(r&sup2;+0.01), the reference's own noise subtracted. Lines are medians over the \
          replicates, bands run from the least to the largest. The clock begins with the set-up and stops while an image is \
@@ -166,6 +187,7 @@ fn scene_part(
     study: &Study,
     summaries: &[Summary],
     warnings: &[String],
+    foot: &[String],
 ) -> Result<(), Error> {
     let scene = &study.scene;
     let r = &study.reference;
@@ -181,6 +203,17 @@ fn scene_part(
         r.spp.map_or("unknown".into(), |s| s.to_string()),
         r.noise.map_or("unknown".into(), |n| format!("{n:.1e}"))
     );
+    for s in summaries {
+        let _ = write!(
+            page,
+            "<p class=\"small\">{}: {}, {}, kernel {}, seeds {:?}</p>",
+            escape(&s.variant),
+            escape(&s.device),
+            escape(&s.driver),
+            s.kernel_hash.get(..12).unwrap_or("of the CPU"),
+            s.seeds
+        );
+    }
     for warning in warnings {
         let _ = write!(page, "<p class=\"warn\">{}</p>", escape(warning));
     }
@@ -189,11 +222,17 @@ fn scene_part(
     let drawn = [
         (
             "relmse-seconds",
-            plot::curves(&format!("{scene}: error against time"), summaries, plot::SECONDS, &plot::RELMSE),
+            plot::curves(&format!("{scene}: error against time"), summaries, &plot::SECONDS, &plot::RELMSE, foot),
         ),
-        ("relmse-spp", plot::curves(&format!("{scene}: error against samples"), summaries, plot::SPP, &plot::RELMSE)),
-        ("flip-seconds", plot::curves(&format!("{scene}: FLIP against time"), summaries, plot::SECONDS, &plot::FLIP)),
-        ("time-to-quality", plot::qualities(&format!("{scene}: time to a quality"), summaries)),
+        (
+            "relmse-spp",
+            plot::curves(&format!("{scene}: error against samples"), summaries, &plot::SPP, &plot::RELMSE, foot),
+        ),
+        (
+            "flip-seconds",
+            plot::curves(&format!("{scene}: FLIP against time"), summaries, &plot::SECONDS, &plot::FLIP, foot),
+        ),
+        ("time-to-quality", plot::qualities(&format!("{scene}: time to a quality"), summaries, foot)),
     ];
     for (name, svg) in drawn {
         let path = folder.join(format!("{scene}-{name}.svg"));
@@ -215,7 +254,30 @@ fn scene_part(
         *page += &error_map(picture, &r.picture, &format!("{}: FLIP map", s.variant))?;
     }
     *page += "</div>\n";
-    Ok(())
+    strip(folder, study, summaries.len())
+}
+
+/// `SCENE-equal-time.png`: the reference and each variant at the end of the budget, and below each its FLIP map.
+fn strip(folder: &Path, study: &Study, count: usize) -> Result<(), Error> {
+    let reference = &study.reference.picture;
+    let size = reference.pixels.len();
+    let ends: Vec<&Picture> = study.pictures.iter().take(count).filter(|p| p.pixels.len() == size).collect();
+    let map = |picture: &&Picture| Picture {
+        pixels: flip::ldr(&picture.pixels, &reference.pixels, reference.width as usize)
+            .iter()
+            .map(|e| error::map_color(*e).map(|byte| image::srgb_decode(f32::from(byte) / 255.0)))
+            .collect(),
+        ..**picture
+    };
+    let black = Picture { pixels: vec![[0.0; 3]; size], ..*reference };
+    let cells: Vec<Picture> = std::iter::once(reference.clone())
+        .chain(ends.iter().map(|p| (*p).clone()))
+        .chain(std::iter::once(black))
+        .chain(ends.iter().map(map))
+        .collect();
+    let (width, height, bytes) = sheet::lay_out(&cells, 1 + ends.len());
+    let path = folder.join(format!("{}-equal-time.png", study.scene));
+    write_atomically(&path, &image::png_bytes(width, height, &bytes)?)
 }
 
 fn table(summaries: &[Summary]) -> String {

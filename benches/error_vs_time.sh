@@ -1,0 +1,66 @@
+#!/usr/bin/env bash
+# The published study of docs/error-vs-time/, on the default device. README.md shows its plot and table.
+#
+#     benches/error_vs_time.sh             the plot and its table: under 15 minutes on two cores, after the references
+#     benches/error_vs_time.sh tables      exponents, Veach's bound, cost of the estimate: about 15 minutes
+#     benches/error_vs_time.sh coverage    coverage of the estimate, 8000 renders: about 15 minutes
+#     benches/error_vs_time.sh all
+#
+# The first run renders references (15 minutes more) and keeps them in target/error-vs-time/references, with a page of all curves beside them
+# (target/error-vs-time/index.html). The real model needs the assets: STERADIAN_ASSETS, else ../shared/assets; without them it is left out, and
+# said. BUDGET (seconds of a run, 5) and REPEATS (5) make it shorter. Tables are put between the marks of the two README.md.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+cd "$root"
+part=${1:-plot}
+out=target/error-vs-time
+docs=docs/error-vs-time
+mkdir -p "$out" "$docs"
+
+# splice FILE NAME FRAGMENT: the fragment takes the place of what stands between <!-- NAME --> and <!-- /NAME -->.
+splice() {
+    awk -v name="$2" -v fragment="$3" '
+        $0 == "<!-- " name " -->" { print; while ((getline line < fragment) > 0) print line; is_inside = 1; next }
+        $0 == "<!-- /" name " -->" { is_inside = 0 }
+        !is_inside { print }' "$1" >"$out/spliced"
+    cat "$out/spliced" >"$1"
+}
+
+plot() {
+    local scenes=(scenes/cornell.toml scenes/veach.toml scenes/showcase.toml)
+    export STERADIAN_ASSETS=${STERADIAN_ASSETS:-../shared/assets}
+    # Paths in scenes count from the scene's folder.
+    [[ $STERADIAN_ASSETS == /* ]] || STERADIAN_ASSETS=$(realpath -m "$STERADIAN_ASSETS")
+    if [[ -d $STERADIAN_ASSETS/gltf ]]; then
+        scenes+=(scenes/peer_d.toml)
+    else
+        echo "skipped: no assets: scenes/peer_d.toml (a glTF model under an HDR sky)" >&2
+    fi
+    ./x converge "${scenes[@]}" --height 128 --variants mis,mis+independent,bsdf,light \
+        --budget "${BUDGET:-5}" --repeats "${REPEATS:-5}" -o "$out"
+    cp "$out"/{overview.svg,runs.csv,summary.json,table.md,veach-equal-time.png} "$docs"
+    splice README.md error-vs-time "$docs/table.md"
+    splice "$docs/README.md" error-vs-time "$docs/table.md"
+}
+
+bench() {
+    ./x bench --filter "$1" -o "$docs"
+    splice "$docs/README.md" "$1" "$docs/$1.md"
+}
+
+tables() {
+    bench exponents
+    bench mis-bound
+    bench estimate
+}
+
+case $part in
+    plot) plot ;;
+    tables) tables ;;
+    coverage) bench coverage ;;
+    all) plot && tables && bench coverage ;;
+    *)
+        echo "benches/error_vs_time.sh: '$part' is none of plot, tables, coverage, all" >&2
+        exit 2
+        ;;
+esac

@@ -1,0 +1,233 @@
+//! How fast a sampler converges, and what its blocks cost: relMSE from the spread of replicates, without a reference.
+//!
+//! Of R replicates of N samples, the variance of a pixel over the replicates is the squared error of one (there is no bias: `conform`). The
+//! replicates form groups of four; each group gives a line of ln relMSE over ln N, and Student's t over the groups an interval of its
+//! slope: -1 for independent samples, steeper where Owen-scrambled nets meet smooth integrands (Owen 1997: up to -3).
+//!
+//! A render's blocks are aligned parts of one scrambled sequence: its image is that of one long sequence. The price that blocks with
+//! scrambles of their own would cost is known without rendering it, (16/N) relMSE(16) over relMSE(N). What one sequence does cost is the
+//! estimate: the spread of its blocks does not see that they complete each other, and says too much by about that price at most.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::converge::curves::{Interval, interval, slope};
+use super::panels::{self, Failure, Frame, Line, Panel};
+use super::replicates::Replicates;
+use crate::error::Error;
+use crate::film::Film;
+use crate::film::source::DeviceInfo;
+use crate::gpu::Device;
+use crate::integrator::{Estimator, SamplerKind, Settings};
+use crate::metric::error::EPSILON;
+use crate::metric::estimate;
+use crate::scene::Scene;
+
+/// Replicates of a group.
+const GROUP: u32 = 4;
+/// Samples of a block.
+const BLOCK: f64 = 16.0;
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Level {
+    pub spp: u64,
+    pub relmse: Interval,
+    /// relMSE of as many samples in blocks with scrambles of their own, over this.
+    pub penalty: f64,
+    /// Mean of the renders' own estimate over this; None for a single block.
+    pub estimate_ratio: Option<f64>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    pub bench: &'static str,
+    pub scene: String,
+    pub estimator: Estimator,
+    pub sampler: SamplerKind,
+    pub width: u32,
+    pub height: u32,
+    pub replicates: u32,
+    /// From 32 samples a pixel on.
+    pub exponent: Interval,
+    pub levels: Vec<Level>,
+}
+
+/// Sums over the replicates of a group at one level, pixel by pixel.
+#[derive(Clone, Default)]
+struct Sums {
+    sum: Vec<[f64; 3]>,
+    square: Vec<[f64; 3]>,
+    estimate: f64,
+}
+
+impl Sums {
+    fn add(&mut self, film: &Film) {
+        self.sum.resize(film.pixel_count(), [0.0; 3]);
+        self.square.resize(film.pixel_count(), [0.0; 3]);
+        for pixel in 0..film.pixel_count() {
+            let mean = film.mean(pixel);
+            for c in 0..3 {
+                self.sum[pixel][c] += mean[c];
+                self.square[pixel][c] += mean[c] * mean[c];
+            }
+        }
+        self.estimate += estimate::from_film(film).map_or(f64::NAN, |e| e.relmse.value);
+    }
+
+    /// Unbiased variance of one replicate, in units of relMSE with `mean` for the truth.
+    fn relmse(&self, mean: &[[f64; 3]]) -> f64 {
+        let n = f64::from(GROUP);
+        let mut total = 0.0;
+        for ((sum, square), r) in self.sum.iter().zip(&self.square).zip(mean) {
+            for c in 0..3 {
+                let variance = ((square[c] - sum[c] * sum[c] / n) / (n - 1.0)).max(0.0);
+                total += variance / (r[c] * r[c] + EPSILON);
+            }
+        }
+        total / (3.0 * mean.len() as f64)
+    }
+}
+
+/// `groups` groups of replicates, up to `spp` samples a pixel.
+pub fn measure(
+    device: &Device,
+    scene: &Scene,
+    estimator: Estimator,
+    sampler: SamplerKind,
+    groups: u32,
+    spp: u64,
+) -> Result<(Row, DeviceInfo), Error> {
+    let max_depth = scene.film.max_depth.unwrap_or(Settings::default().max_depth);
+    let settings = Settings { estimator, sampler, max_depth, ..Settings::default() };
+    let mut replicates = Replicates::new(device, scene, &settings)?;
+    let levels: Vec<u64> = (0..).map(|k| 1u64 << k).take_while(|blocks| *blocks * 16 <= spp.max(128)).collect();
+    let mut sums = vec![vec![Sums::default(); levels.len()]; groups as usize];
+    for seed in 1..=groups * GROUP {
+        let group = &mut sums[((seed - 1) / GROUP) as usize];
+        replicates.levels(seed, &levels, &mut |level, film| group[level].add(film))?;
+    }
+    let mean = mean(&sums);
+    // By group, then level.
+    let found: Vec<Vec<f64>> = sums.iter().map(|g| g.iter().map(|s| s.relmse(&mean)).collect()).collect();
+    let at = |level: usize| interval(&found.iter().map(|g| g[level]).collect::<Vec<_>>());
+    let first = at(0).value;
+    let told = (levels.iter().enumerate()).map(|(level, &blocks)| {
+        let relmse = at(level);
+        let estimate = sums.iter().map(|g| g[level].estimate).sum::<f64>() / f64::from(groups * GROUP);
+        let spp = blocks * 16;
+        let penalty = first * BLOCK / spp as f64 / relmse.value;
+        let estimate_ratio = Some(estimate / relmse.value).filter(|r| r.is_finite());
+        Level { spp, relmse, penalty, estimate_ratio }
+    });
+    let slopes: Vec<f64> = found
+        .iter()
+        .map(|g| {
+            let points = levels.iter().zip(g).skip(1).map(|(blocks, e)| ((*blocks as f64).ln(), e.max(1e-300).ln()));
+            slope(&points.collect::<Vec<_>>())
+        })
+        .collect();
+    let row = Row {
+        bench: "exponents",
+        scene: scene.name.clone(),
+        estimator,
+        sampler,
+        width: scene.film.width,
+        height: scene.film.height,
+        replicates: groups * GROUP,
+        exponent: interval(&slopes),
+        levels: told.collect(),
+    };
+    Ok((row, replicates.describe()))
+}
+
+/// Over all replicates at the last level.
+fn mean(sums: &[Vec<Sums>]) -> Vec<[f64; 3]> {
+    let last = || sums.iter().filter_map(|g| g.last());
+    let mut mean = vec![[0.0; 3]; last().next().map_or(0, |s| s.sum.len())];
+    let count = last().count() as f64 * f64::from(GROUP);
+    for sums in last() {
+        for (mean, sum) in mean.iter_mut().zip(&sums.sum) {
+            (0..3).for_each(|c| mean[c] += sum[c] / count);
+        }
+    }
+    mean
+}
+
+fn word(value: impl clap::ValueEnum) -> String {
+    value.to_possible_value().map_or(String::new(), |v| v.get_name().into())
+}
+
+impl Row {
+    fn name(&self) -> String {
+        format!("{}, {}", self.scene, word(self.estimator))
+    }
+}
+
+pub fn markdown(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "| scene, estimator | sampler | exponent [95 %] | at spp | relMSE | own scrambles a block would cost | own estimate / truth |\n\
+         |---|---|---|---|---|---|---|\n",
+    );
+    for r in rows {
+        let Some(last) = r.levels.last() else { continue };
+        let e = &r.exponent;
+        let _ = writeln!(
+            text,
+            "| {} | {} | {:.2} [{:.2}, {:.2}] | {} | {:.2e} [{:.2e}, {:.2e}] | {:.2} | {} |",
+            r.name(),
+            word(r.sampler),
+            e.value,
+            e.low,
+            e.high,
+            last.spp,
+            last.relmse.value,
+            last.relmse.low,
+            last.relmse.high,
+            last.penalty,
+            last.estimate_ratio.map_or("-".into(), |v| format!("{v:.2}")),
+        );
+    }
+    text
+}
+
+/// One line a level.
+pub fn csv(rows: &[Row]) -> String {
+    let mut text =
+        String::from("scene,estimator,sampler,replicates,spp,relmse,relmse_low,relmse_high,penalty,estimate_ratio\n");
+    for r in rows {
+        for l in &r.levels {
+            let _ = writeln!(
+                text,
+                "{},{},{},{},{},{:.5e},{:.5e},{:.5e},{:.4},{}",
+                r.scene,
+                word(r.estimator),
+                word(r.sampler),
+                r.replicates,
+                l.spp,
+                l.relmse.value,
+                l.relmse.low,
+                l.relmse.high,
+                l.penalty,
+                l.estimate_ratio.map_or(String::new(), |v| format!("{v:.4}"))
+            );
+        }
+    }
+    text
+}
+
+/// relMSE against samples, a panel a scene, its samplers as lines.
+pub fn svg(rows: &[Row], foot: &[String]) -> Result<Option<String>, Failure> {
+    let mut all: Vec<Panel> = Vec::new();
+    for r in rows {
+        let points = r.levels.iter().map(|l| (l.spp as f64, [l.relmse.value, l.relmse.low, l.relmse.high]));
+        let name =
+            format!("{}: {:.2} [{:.2}, {:.2}]", word(r.sampler), r.exponent.value, r.exponent.low, r.exponent.high);
+        let line = Line { name, points: points.collect(), mark: None };
+        match all.iter_mut().find(|p| p.title == r.name()) {
+            Some(panel) => panel.lines.push(line),
+            None => all.push(Panel { title: r.name(), lines: vec![line], guide: Some(-1.0) }),
+        }
+    }
+    panels::draw(&all, &Frame { x: "samples a pixel", y: "relMSE", size: (430, 330), columns: 2, foot })
+}
