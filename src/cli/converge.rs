@@ -143,7 +143,7 @@ fn study(
         let kernel =
             KernelOptions { everything: variant.everything, by_list: variant.adaptive, ..KernelOptions::default() };
         let device = variant.device.as_deref().unwrap_or(&args.device);
-        let opened = source::open(scene, &settings, &Options { device, kernel });
+        let opened = source::open(scene, &settings, &Options { device, kernel, ..Options::default() });
         Ok(opened.map_err(|e| Error::Scene(format!("{}, {}: {e:#}", scene.name, variant.name)))?.source)
     };
     let reference = match &args.reference {

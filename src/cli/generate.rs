@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use steradian::conform::models;
-use steradian::gpu::renderer::KernelOptions;
 use steradian::integrator::Settings;
 use steradian::output::image::Picture;
 use steradian::output::{palette, write_atomically};
@@ -88,7 +87,7 @@ fn pictures(size: [u32; 2], spp: u32, device: &str) -> anyhow::Result<Vec<Pictur
         models::face(&path, &mut scene)?;
         println!("{:3} {}", pictures.len() + 1, scene.name);
         scene.notes.iter().for_each(|note| println!("    {note}"));
-        let options = source::Options { device, kernel: KernelOptions::default() };
+        let options = source::Options { device, ..source::Options::default() };
         let mut opened = source::open(&scene, &Settings::default(), &options)?;
         let blocks = Some(render::blocks_for(u64::from(spp)));
         let stops = Stops { blocks, time_s: None, error: None, started: Instant::now() };

@@ -67,7 +67,8 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     for (number, sensor) in sensors.iter().enumerate() {
         let area_m2 = sensor.area_m2(&scene);
         measure::place(&mut scene, sensor, measure::REPETITIONS);
-        let options = super::source::Options { device: &args.device, kernel: args.kernel.options() };
+        let options =
+            super::source::Options { device: &args.device, kernel: args.kernel.options(), ..Default::default() };
         let mut opened = super::source::open(&scene, &settings, &options)
             .map_err(|e| anyhow::anyhow!("{}: sensor \"{}\": {e}", args.scene.display(), sensor.name))?;
         if number == 0 {

@@ -7,10 +7,13 @@ mod compare;
 mod conform;
 mod converge;
 mod devices;
+mod files;
 mod generate;
 mod inspect;
 mod interrupt;
+mod keep;
 mod measure;
+mod merge;
 mod progress;
 mod render;
 mod scene_args;
@@ -51,6 +54,8 @@ enum Command {
     Measure(measure::Args),
     /// Measures the error of image A against reference B
     Compare(compare::Args),
+    /// Adds ranges of samples (render --samples) up to the picture of one run
+    Merge(merge::Args),
 }
 
 /// How a command ended, when it was not an error.
@@ -92,6 +97,7 @@ pub fn run(started: Instant) -> anyhow::Result<Exit> {
         Command::Measure(args) => measure::run(&args),
         Command::Generate(args) => generate::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Merge(args) => merge::run(&args),
     }
 }
 

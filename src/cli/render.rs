@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use steradian::error::Error;
 use steradian::film::Film;
 use steradian::film::aov::{Aovs, Names};
 use steradian::film::slot::BLOCK_SAMPLES;
@@ -10,6 +11,7 @@ use steradian::film::source::DeviceInfo;
 use steradian::gpu::renderer::KernelOptions;
 use steradian::integrator::Settings;
 use steradian::output::look::{Look, Tonemap};
+use steradian::output::part::{self, Header, Identity};
 use steradian::output::record::{self, Record, Stages};
 use steradian::output::{self, Format};
 use steradian::render::bands::{Part, Totals};
@@ -20,7 +22,7 @@ use super::bands;
 use super::interrupt::Interrupt;
 use super::progress::Bar;
 use super::scene_args::SceneArgs;
-use super::{Exit, say};
+use super::{Exit, files, keep, say};
 
 /// Samples a pixel when neither flags nor scene say when to stop.
 const DEFAULT_SPP: u32 = 256;
@@ -29,7 +31,8 @@ const DEFAULT_SPP: u32 = 256;
 pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
-    /// File to write, by extension .exr, .png or .hdr; may be given several times [default: SCENE's name as .png]
+    /// File to write, by extension .exr, .png, .hdr, or .part for samples to merge; may be given several times [default: SCENE's
+    /// name as .png]
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
     /// Samples a pixel, rounded up to whole blocks of 16
@@ -64,6 +67,8 @@ pub struct Args {
     /// Takes more samples where the error is; --spp is then their mean
     #[arg(long, conflicts_with_all = ["tiled", "max_memory"])]
     adaptive: bool,
+    #[command(flatten)]
+    keep: keep::KeepArgs,
     /// Writes the run's record as JSON
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
@@ -72,12 +77,25 @@ pub struct Args {
 pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let outputs = if args.output.is_empty() { vec![default_output(&args.scene.scene)] } else { args.output.clone() };
     for path in &outputs {
-        output::check_picture(path)?;
+        check_output(path)?;
     }
     if let Some(path) = &args.record {
         output::check(path)?;
     }
-    no_file_twice(args, &outputs)?;
+    let of_scene = [Some(args.scene.scene.as_path()), args.scene.sky.env.as_deref()];
+    // A checkpoint may take the place of the one that was read.
+    let other = args.keep.resume.as_deref().filter(|_| args.keep.checkpoint.is_some());
+    let checkpoint = args.keep.place().filter(|path| other.is_none_or(|from| files::place(from) != files::place(path)));
+    let written = outputs.iter().chain(&args.record).map(PathBuf::as_path).chain(checkpoint);
+    files::no_file_twice(of_scene.into_iter().chain([other]).flatten(), written)?;
+    let resumed = args.keep.resumed()?;
+    let (parts, outputs): (Vec<_>, Vec<_>) = outputs.into_iter().partition(|path| part::is_part(path));
+    let keeps = args.keep.is_used() || !parts.is_empty();
+    anyhow::ensure!(
+        !(args.adaptive && keeps),
+        "--adaptive: how many samples a pixel gets follows from what was seen, which no file keeps: leave out .part files, --samples, \
+         --checkpoint and --resume, or --adaptive"
+    );
     let interrupt = Interrupt::install_for_render()?;
     let mut seconds = Stages::default();
 
@@ -85,17 +103,19 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let begun = Instant::now();
     let scene = args.scene.load()?;
     let has = |format| outputs.iter().any(|path| Format::of(path).is_ok_and(|f| f == format));
+    let has_part = !parts.is_empty() || args.keep.place().is_some();
     for (flag, is_given) in [("--exposure", args.exposure.is_some()), ("--tonemap", args.tonemap.is_some())] {
         anyhow::ensure!(
-            !is_given || has(Format::Png),
+            !is_given || has(Format::Png) || has_part,
             "{flag} is for .png files, and none is written; others hold radiance"
         );
     }
-    let aovs = match (&args.aov, has(Format::Exr)) {
-        (Some(chosen), true) => *chosen,
-        (None, true) => Aovs::usual(),
-        (Some(chosen), false) if *chosen != Aovs::NONE => anyhow::bail!("--aov is for .exr files, and none is written"),
-        _ => Aovs::NONE,
+    let aovs = match (&args.aov, &resumed) {
+        (Some(chosen), _) if has(Format::Exr) || has_part || *chosen == Aovs::NONE => *chosen,
+        (Some(_), _) => anyhow::bail!("--aov is for .exr files, and none is written"),
+        (None, Some(header)) => header.aovs().unwrap_or_default(),
+        (None, None) if has(Format::Exr) || !parts.is_empty() => Aovs::usual(),
+        (None, None) => Aovs::NONE,
     };
     let aovs = aovs.of_scene(&scene).map_err(anyhow::Error::msg)?;
     let of_film = scene.film.shutter.map_or(0.0, |s| s.exposure_ev());
@@ -108,12 +128,13 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let settings = args.scene.settings(&scene, aovs);
     seconds.load = begun.elapsed().as_secs_f64();
     let mut notes = scene.notes.clone();
-    let mut stops = stops(args, &scene, started, &mut notes);
+    let (first_block, range) = args.keep.range(resumed.as_ref(), args.spp)?;
+    let mut stops = stops(args, &scene, range, started, &mut notes);
     stops.time_s = stops.time_s.map(|t| (t - closing_s(window.pixel_count(), &outputs, aovs)).max(0.0));
 
     // Trace.
     let kernel = KernelOptions { by_list: args.adaptive, ..args.kernel.options() };
-    let options = super::source::Options { device: &args.device, kernel };
+    let options = super::source::Options { device: &args.device, kernel, fingerprint: keeps };
     let opened = super::source::open(&scene, &settings, &options)?;
     let mut source = opened.source;
     seconds.bvh = opened.bvh_s;
@@ -124,6 +145,8 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let whole = (scene.film.width, scene.film.height);
     let said = std::env::args().chain(notes.iter().cloned()).map(|text| text.len() + 1).sum();
     let subject = output::bands::Subject { window, whole, aovs: source.aovs(), names: &names, look, said };
+    let whole_only = "checkpoints, parts and ranges keep the whole film: leave out --tiled, or give more --max-memory";
+    anyhow::ensure!(!(args.tiled && keeps), whole_only);
     let rows = if in_bands {
         bands::rows(
             args.tiled,
@@ -137,12 +160,29 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     } else {
         None
     };
+    anyhow::ensure!(rows.is_none() || !keeps, whole_only);
+    let mut device = source.describe();
+    (seconds.compile, seconds.upload) = (device.compile_s, device.upload_s);
+    let begun_totals = Totals::of_film(&Film::new(0, 0, aovs, 0), None, 0.0, StoppedBy::Interrupt);
+    let record = make_record(args, &scene.film, &settings, &begun_totals, &device, seconds, Vec::new());
+    let identity = Identity::new(&scene, opened.fingerprint, &settings, &device);
+    let mut header = keep::header(identity, (first_block, stops.blocks), look, names.clone(), record);
+    let (film, earlier) = args.keep.film(&header, &mut notes)?.unzip();
+    if let (Some(film), Some(wanted)) = (&film, stops.blocks)
+        && u64::from(film.min_block_count()) >= wanted
+    {
+        notes.push("it has as many samples as are asked for: none is rendered".into());
+    }
+    if first_block > 0 && !outputs.is_empty() {
+        let first = first_block * u64::from(BLOCK_SAMPLES);
+        notes.push(format!("the pictures hold samples from {first} on and none before"));
+    }
     notes.iter().for_each(say);
     let bar = Bar::new();
     let poll = || interrupt.poll();
-    let mut observe = |p: &render::Progress| bar.update(p);
     let (totals, pictures) = match rows {
         Some(rows) => {
+            let mut observe = |p: &render::Progress| bar.update(p);
             let mut pictures = output::bands::Bands::begin(&outputs, &subject)?;
             let mut take = |part: Part| match part {
                 Part::Rows(mut film) => {
@@ -159,9 +199,27 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
             (totals, Pictures::Begun(pictures))
         }
         None => {
-            let render = if args.adaptive { render::render_adaptive } else { render::render_window };
-            let mut outcome = render(source.as_mut(), window, &stops, &poll, &mut observe)?;
-            outcome.film.set_names(names.clone());
+            let mut film = film.unwrap_or_else(|| Film::over(window, source.aovs(), first_block));
+            film.set_names(names.clone());
+            header.record.notes = notes.clone();
+            if let Some(earlier) = &earlier {
+                header.record.add_run(earlier);
+            }
+            let mut keeper = keep::Keeper::begin(&args.keep, &header, started);
+            let mut observe = |p: &render::Progress, film: &Film| {
+                bar.update(p);
+                keeper.iter_mut().for_each(|keeper| keeper.tick(film));
+                Ok(())
+            };
+            let outcome = if args.adaptive {
+                drop(film);
+                let mut observe = |p: &render::Progress| bar.update(p);
+                let mut outcome = render::render_adaptive(source.as_mut(), window, &stops, &poll, &mut observe)?;
+                outcome.film.set_names(names.clone());
+                outcome
+            } else {
+                render::render_film(source.as_mut(), film, &stops, &poll, &mut observe)?
+            };
             (Totals::of(&outcome), Pictures::Film(Box::new(outcome)))
         }
     };
@@ -175,22 +233,33 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     }
 
     // Write.
-    let device = source.describe();
+    device = source.describe();
     drop(source);
     (seconds.compile, seconds.upload, seconds.trace) = (device.compile_s, device.upload_s, totals.trace_s);
     let mut record = make_record(args, &scene.film, &settings, &totals, &device, seconds, notes);
-    record.wall_s = started.elapsed().as_secs_f64();
+    let earlier_s = earlier.as_ref().map_or(0.0, |e| e.wall_s);
+    if let Some(earlier) = &earlier {
+        record.add_run(earlier);
+        record.set_rates(totals.samples, totals.rays);
+    }
+    record.wall_s = earlier_s + started.elapsed().as_secs_f64();
     let begun = Instant::now();
+    let written: Vec<PathBuf>;
     match pictures {
-        Pictures::Begun(pictures) => pictures.finish(&record)?,
+        Pictures::Begun(pictures) => {
+            pictures.finish(&record)?;
+            written = outputs;
+        }
         Pictures::Film(outcome) => {
-            for path in &outputs {
-                output::write_picture(path, &outcome.film, &record, look)?;
-            }
+            let kept = args.keep.place().map(Path::to_owned);
+            let parts: Vec<PathBuf> = kept.into_iter().chain(parts).collect();
+            header.record = record.clone();
+            write_outputs(&parts, &outputs, &outcome.film, &header)?;
+            written = [parts, outputs].concat();
         }
     }
-    record.seconds.write = begun.elapsed().as_secs_f64();
-    record.wall_s = started.elapsed().as_secs_f64();
+    record.seconds.write += begun.elapsed().as_secs_f64();
+    record.wall_s = earlier_s + started.elapsed().as_secs_f64();
     record.peak_host_bytes = record::peak_host_bytes();
     if let Some(limit) = args.max_memory.filter(|limit| record.peak_host_bytes > *limit) {
         say(format_args!(
@@ -203,8 +272,14 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
         record.write(path)?;
     }
     println!("{}", record.summary());
-    outputs.iter().for_each(|path| println!("wrote {}", path.display()));
-    Ok(if totals.stopped_by == StoppedBy::Interrupt { Exit::Interrupted } else { Exit::Done })
+    written.iter().for_each(|path| println!("wrote {}", path.display()));
+    if totals.stopped_by != StoppedBy::Interrupt {
+        return Ok(Exit::Done);
+    }
+    if let Some(path) = args.keep.place() {
+        say(format_args!("go on with --resume {}", path.display()));
+    }
+    Ok(Exit::Interrupted)
 }
 
 /// What is left to write when the samples are taken.
@@ -221,24 +296,20 @@ fn names(scene: &Scene, origin: glam::DVec3) -> Names {
     Names { objects, materials, groups: scene.light_groups(), origin }
 }
 
-/// Every file that is written is another one, and none is read: the last writer would win, or the scene be lost.
-fn no_file_twice(args: &Args, outputs: &[PathBuf]) -> anyhow::Result<()> {
-    let place = |path: &Path| {
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(".".as_ref());
-        folder.canonicalize().unwrap_or_else(|_| folder.to_owned()).join(path.file_name().unwrap_or_default())
-    };
-    let mut taken: Vec<PathBuf> =
-        [Some(args.scene.scene.as_path()), args.scene.sky.env.as_deref()].into_iter().flatten().map(place).collect();
-    for path in outputs.iter().chain(&args.record) {
-        let at = place(path);
-        anyhow::ensure!(
-            !taken.contains(&at),
-            "{}: it is read or written already by this command; give another name",
-            path.display()
-        );
-        taken.push(at);
-    }
-    Ok(())
+/// Fails where an output could not be written, or its extension is none that is known.
+pub fn check_output(path: &Path) -> Result<(), Error> {
+    if part::is_part(path) { output::check(path) } else { output::check_picture(path) }
+}
+
+/// Writes the parts, then the pictures. One that fails does not keep the others from being written: the first error is returned,
+/// further ones are said.
+pub fn write_outputs(parts: &[PathBuf], pictures: &[PathBuf], film: &Film, header: &Header) -> Result<(), Error> {
+    let parts = parts.iter().map(|path| part::write(path, header, film));
+    let pictures = pictures.iter().map(|path| output::write_picture(path, film, &header.record, header.look));
+    let mut failures = parts.chain(pictures).filter_map(Result::err);
+    let first = failures.next();
+    failures.for_each(say);
+    first.map_or(Ok(()), Err)
 }
 
 /// Seconds that the last estimate of the error and the files will take, kept back from `--time`. Nanoseconds a pixel on one 2 GHz core, no
@@ -257,9 +328,10 @@ fn default_output(scene: &Path) -> PathBuf {
     PathBuf::from(scene.file_stem().unwrap_or("render".as_ref())).with_extension("png")
 }
 
-/// Flags first; with none of them the scene's spp, else 256.
-fn stops(args: &Args, scene: &Scene, started: Instant, notes: &mut Vec<String>) -> Stops {
+/// Flags first, then the range of --samples or of what is gone on from; with none of them the scene's spp, else 256.
+fn stops(args: &Args, scene: &Scene, range: Option<u64>, started: Instant, notes: &mut Vec<String>) -> Stops {
     let spp = match (args.spp, args.time.or(args.error)) {
+        (None, None) if range.is_some() => return Stops { blocks: range, time_s: None, error: None, started },
         (None, None) => Some(scene.film.spp.unwrap_or(DEFAULT_SPP)),
         (spp, _) => spp,
     };
@@ -289,8 +361,7 @@ fn make_record(
         );
         notes.iter().skip(notes.len() - 1).for_each(say);
     }
-    let per_trace_second = |count: u64| count as f64 / totals.trace_s.max(1e-9) * 1e-6;
-    Record {
+    let mut record = Record {
         program: concat!("steradian ", env!("CARGO_PKG_VERSION")).into(),
         command: std::env::args().collect::<Vec<_>>().join(" "),
         scene: args.scene.scene.display().to_string(),
@@ -315,10 +386,6 @@ fn make_record(
         relmse_est_exposure: totals.whole.map(|e| e.relmse_exposure),
         relmse_est_heavy_tails: totals.whole.is_some_and(|e| e.is_heavy_tailed),
         relmse_est_trimmed: totals.whole.map(|e| e.relmse_trimmed),
-        samples: totals.samples,
-        rays: totals.rays,
-        throughput_MSps: per_trace_second(totals.samples),
-        throughput_Mrays_ps: per_trace_second(totals.rays),
         peak_host_bytes: record::peak_host_bytes(),
         peak_device_bytes: device.peak_bytes,
         film_bytes: totals.film_bytes as u64,
@@ -328,7 +395,10 @@ fn make_record(
         kernel_hash: device.kernel_hash.clone(),
         ledger: totals.ledger.clone(),
         notes,
-    }
+        ..Record::default()
+    };
+    record.set_rates(totals.samples, totals.rays);
+    record
 }
 
 /// The word that the command line knows a choice by.

@@ -7,15 +7,19 @@ use steradian::film::source::SampleSource;
 use steradian::gpu::renderer::{KernelOptions, Renderer};
 use steradian::gpu::{self, Choice, Device, Selected};
 use steradian::integrator::Settings;
+use steradian::output::part;
 use steradian::prepare::{self, Prepared};
 use steradian::reference;
 use steradian::reference::replay::Replay;
 use steradian::scene::Scene;
 
 /// What `render` and `bench` ask of a device.
+#[derive(Default)]
 pub struct Options<'a> {
     pub device: &'a str,
     pub kernel: KernelOptions,
+    /// The scene's fingerprint is wanted: it reads all tables once.
+    pub fingerprint: bool,
 }
 
 /// How the kernel is made, as flags.
@@ -44,6 +48,8 @@ pub struct Opened<'a> {
     pub prepare_s: f64,
     /// Where the origin of the records lies in the world.
     pub origin: glam::DVec3,
+    /// Empty unless it was asked for.
+    pub fingerprint: String,
 }
 
 /// Opens the device that `options` names and prepares `scene` for it.
@@ -53,6 +59,7 @@ pub fn open<'a>(scene: &'a Scene, settings: &Settings, options: &Options) -> any
     let prepared = prepare::prepare(scene, settings)?;
     let prepare_s = begun.elapsed().as_secs_f64() - prepared.bvh_s;
     let origin = prepared.origin;
+    let fingerprint = if options.fingerprint { part::fingerprint(&prepared) } else { String::new() };
     let (mut notes, bvh_s) = (prepared.notes.clone(), prepared.bvh_s);
     let source: Box<dyn SampleSource + 'a> = match selected {
         Selected::Vulkan(device) => Box::new(on_device(&device, &prepared, settings, &options.kernel)?),
@@ -71,7 +78,7 @@ pub fn open<'a>(scene: &'a Scene, settings: &Settings, options: &Options) -> any
             Box::new(reference::render::Renderer::new(world, *settings))
         }
     };
-    Ok(Opened { source, notes, bvh_s, prepare_s, origin })
+    Ok(Opened { source, notes, bvh_s, prepare_s, origin, fingerprint })
 }
 
 fn on_device(

@@ -4,7 +4,8 @@
 //! Quad-Double Precision Floating Point Arithmetic". Sums of f32 blocks of one sign lose nothing until 2^50 of them.
 
 /// `high + low`, with |low| <= ulp(high)/2.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Dd {
     pub high: f64,
     pub low: f64,

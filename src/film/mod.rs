@@ -11,10 +11,14 @@ pub mod aov;
 pub mod dd;
 pub mod exposure;
 pub mod filter;
+mod join;
 pub mod ledger;
+#[cfg(test)]
+pub(crate) mod noise;
 pub mod slot;
 pub mod source;
 pub mod spans;
+pub mod store;
 
 use std::ops::Range;
 
@@ -28,7 +32,8 @@ use ledger::{BadSample, Ledger};
 use slot::{BLOCK_SAMPLES, SLOT_ROWS, SlotRecord};
 
 /// Sums of block sums and of their squares for one pixel, per channel.
-#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 struct PixelSums {
     sum: [Dd; 3],
     square: [Dd; 3],
@@ -363,5 +368,7 @@ fn array2(rows: &[[u32; 4]]) -> &[[u32; 4]; 2] {
     rows.first_chunk().expect("a slot has two rows at least")
 }
 
+#[cfg(test)]
+mod join_tests;
 #[cfg(test)]
 mod tests;

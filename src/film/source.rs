@@ -52,6 +52,8 @@ pub struct DeviceInfo {
     pub kind: String,
     pub name: String,
     pub driver: String,
+    /// Kind and driver without versions: what makes the same picture from the same samples, up to rounding.
+    pub family: String,
     /// Hash of the kernel's text; empty on the CPU.
     pub kernel_hash: String,
     /// Peak bytes allocated on the device.

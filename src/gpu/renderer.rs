@@ -383,8 +383,10 @@ impl SampleSource for Renderer {
 
     fn describe(&self) -> DeviceInfo {
         let info = self.device.info();
+        let kind = if info.is_software { "software" } else { "gpu" };
         DeviceInfo {
-            kind: if info.is_software { "software" } else { "gpu" }.to_owned(),
+            kind: kind.to_owned(),
+            family: format!("{kind} {}", info.driver),
             name: info.name.clone(),
             driver: format!("{} {}", info.driver, info.driver_version),
             kernel_hash: self.stats.kernel_hash.clone(),

@@ -16,7 +16,7 @@ pub enum Tonemap {
 }
 
 /// What a PNG is made with.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Look {
     /// Factor on radiance, as a power of two.
     pub exposure_ev: f64,

@@ -9,8 +9,10 @@ pub mod hdr;
 pub mod image;
 pub mod look;
 pub mod palette;
+pub mod part;
 pub mod record;
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -44,8 +46,9 @@ pub fn check(path: &Path) -> Result<(), Error> {
     if path.is_dir() {
         return Err(Error::file(path, "cannot write: it is a directory"));
     }
+    sweep(path);
     let beside = beside(path);
-    let file = std::fs::File::create(&beside).map_err(|e| Error::io("write", path, e))?;
+    let file = File::create(&beside).map_err(|e| Error::io("write", path, e))?;
     drop(file);
     std::fs::remove_file(&beside).map_err(|e| Error::io("write", path, e))
 }
@@ -93,16 +96,53 @@ pub fn remove_unfinished() {
     }
 }
 
-/// `dir/.name.PID.part`: on the same file system, and not the same for two processes.
+/// The same, and the bytes are on the disk before the new file takes the place of the old one: a loss of power leaves one of the two.
+pub fn replace_durably(path: &Path, write: impl FnOnce(&mut File) -> std::io::Result<()>) -> Result<(), Error> {
+    replace(path, |beside| {
+        let written = File::create(beside).and_then(|mut file| {
+            write(&mut file)?;
+            file.sync_all()
+        });
+        written.map_err(|e| Error::io("write", path, e))
+    })?;
+    // The rename itself; not every file system can bring a folder to the disk.
+    if let Ok(folder) = File::open(folder(path)) {
+        folder.sync_all().ok();
+    }
+    Ok(())
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(".".as_ref())
+}
+
+/// `dir/.name.PID.tmp`: on the same file system, and not the same for two processes.
 fn beside(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let beside = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
+    let beside = path.with_file_name(format!(".{name}.{}.tmp", std::process::id()));
     if let Ok(mut begun) = BEGUN.lock()
         && !begun.contains(&beside)
     {
         begun.push(beside.clone());
     }
     beside
+}
+
+/// Removes what processes that were killed while they wrote `path` left beside it. Only where the system says which still run.
+fn sweep(path: &Path) {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let (begin, processes) = (format!(".{name}."), Path::new("/proc"));
+    if !processes.join("self").exists() {
+        return;
+    }
+    for entry in std::fs::read_dir(folder(path)).into_iter().flatten().flatten() {
+        let file = entry.file_name();
+        let id = file.to_str().and_then(|f| f.strip_prefix(&begin)).and_then(|rest| rest.strip_suffix(".tmp"));
+        let is_left = id.is_some_and(|id| id.parse::<u32>().is_ok() && !processes.join(id).exists());
+        if is_left {
+            std::fs::remove_file(entry.path()).ok();
+        }
+    }
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::film::Tile;
 use crate::film::filter::PixelFilter;
 use crate::film::ledger::Ledger;
-use crate::metric::estimate::Estimate;
+use crate::metric::estimate::{Estimate, FilmError};
 use crate::render::adaptive::Spread;
 
 /// Seconds by stage. `write` is 0 in the copy inside an EXR's header, which is written before it is known.
@@ -20,6 +20,20 @@ pub struct Stages {
     pub upload: f64,
     pub trace: f64,
     pub write: f64,
+}
+
+impl Stages {
+    /// Of both together.
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            load: self.load + other.load,
+            bvh: self.bvh + other.bvh,
+            compile: self.compile + other.compile,
+            upload: self.upload + other.upload,
+            trace: self.trace + other.trace,
+            write: self.write + other.write,
+        }
+    }
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -44,7 +58,7 @@ pub struct Record {
     /// Fewest and most samples of a pixel, where sampling was adaptive. The image has no bias by it: see `render::adaptive`.
     #[serde(default)]
     pub adaptive: Option<Spread>,
-    /// What ended the render: "spp", "time", "error" or "interrupt".
+    /// What ended the render: "spp", "time", "error" or "interrupt"; "checkpoint" in that of a render that still ran.
     pub stopped_by: String,
     /// From process start to the end of the render (in an EXR's header) or of the last file (elsewhere).
     pub wall_s: f64,
@@ -74,6 +88,41 @@ pub struct Record {
 }
 
 impl Record {
+    /// Samples and rays, and their rates over the seconds traced.
+    pub fn set_rates(&mut self, samples: u64, rays: u64) {
+        let per_second = |count: u64| count as f64 / self.seconds.trace.max(1e-9) * 1e-6;
+        (self.throughput_MSps, self.throughput_Mrays_ps) = (per_second(samples), per_second(rays));
+        (self.samples, self.rays) = (samples, rays);
+    }
+
+    /// The estimates of a film, and a note where they are not to be trusted.
+    pub fn set_error(&mut self, error: Option<&FilmError>) {
+        self.relmse_est = error.map(|e| e.relmse);
+        self.relmse_est_exposure = error.map(|e| e.relmse_exposure);
+        self.relmse_est_trimmed = error.map(|e| e.relmse_trimmed);
+        if error.is_some_and(|e| e.is_heavy_tailed) {
+            let note =
+                "the worst 0.1 % of pixels hold most of the estimated error: its tails are too heavy for the interval";
+            self.add_note(note);
+        }
+    }
+
+    /// Counts in what another run of the same film took: seconds add, peaks are the larger ones, notes are all of them.
+    pub fn add_run(&mut self, other: &Self) {
+        self.seconds = self.seconds.plus(other.seconds);
+        self.wall_s += other.wall_s;
+        self.peak_host_bytes = self.peak_host_bytes.max(other.peak_host_bytes);
+        self.peak_device_bytes = self.peak_device_bytes.max(other.peak_device_bytes);
+        self.film_bytes = self.film_bytes.max(other.film_bytes);
+        other.notes.iter().for_each(|note| self.add_note(note));
+    }
+
+    fn add_note(&mut self, note: &str) {
+        if !self.notes.iter().any(|n| n == note) {
+            self.notes.push(note.into());
+        }
+    }
+
     /// Lines for people: error, speed, memory, ledger.
     pub fn summary(&self) -> String {
         let error = match &self.relmse_est {

@@ -151,6 +151,7 @@ impl<W: World> SampleSource for Renderer<W> {
     fn describe(&self) -> DeviceInfo {
         DeviceInfo {
             kind: "cpu".to_owned(),
+            family: "cpu".to_owned(),
             name: format!("CPU reference, f64, {} threads", rayon::current_num_threads()),
             driver: format!("steradian {}", env!("CARGO_PKG_VERSION")),
             ..DeviceInfo::default()

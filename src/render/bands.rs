@@ -35,18 +35,23 @@ pub struct Totals {
 
 impl Totals {
     pub fn of(outcome: &Outcome) -> Self {
-        let film = &outcome.film;
+        let spread = outcome.is_adaptive.then(|| Spread::of(&outcome.film));
+        Self { spread, ..Self::of_film(&outcome.film, outcome.error, outcome.trace_s, outcome.stopped_by) }
+    }
+
+    /// Of a film that is traced for `trace_s` seconds so far.
+    pub fn of_film(film: &Film, error: Option<FilmError>, trace_s: f64, stopped_by: StoppedBy) -> Self {
         Self {
-            spread: outcome.is_adaptive.then(|| Spread::of(film)),
+            spread: None,
             samples: film.sample_count(),
             rays: film.ray_count(),
             ledger: film.ledger().clone(),
             min_block_count: film.min_block_count(),
             film_bytes: film.bytes(),
-            error: outcome.error.map(|e| e.relmse),
-            whole: outcome.error,
-            trace_s: outcome.trace_s,
-            stopped_by: outcome.stopped_by,
+            error: error.map(|e| e.relmse),
+            whole: error,
+            trace_s,
+            stopped_by,
         }
     }
 }

@@ -9,6 +9,7 @@
 
 pub mod adaptive;
 pub mod bands;
+mod level;
 
 use std::cell::Cell;
 use std::time::{Duration, Instant};
@@ -96,7 +97,7 @@ impl Progress {
 pub struct Outcome {
     pub film: Film,
     pub stopped_by: StoppedBy,
-    /// Seconds in the loop.
+    /// Seconds in the loop, and rays traced in it.
     pub trace_s: f64,
     pub rays: u64,
     pub error: Option<FilmError>,
@@ -115,7 +116,7 @@ pub fn render(
     render_window(source, Tile::image(width, height), stops, interrupted, observe)
 }
 
-/// Renders `window` of the source's image until a stop. `interrupted` is polled between blocks; `observe` is called after each pass.
+/// Renders `window` of the source's image until a stop: see `render_film`.
 pub fn render_window(
     source: &mut dyn SampleSource,
     window: Tile,
@@ -123,7 +124,12 @@ pub fn render_window(
     interrupted: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, Error> {
-    render_by(&Instant::now, source, window, None, stops, interrupted, observe)
+    Film::check_memory(window.width, window.height, source.aovs())?;
+    let film = Film::over(window, source.aovs(), 0);
+    render_film(source, film, stops, interrupted, &mut |progress, _| {
+        observe(progress);
+        Ok(())
+    })
 }
 
 /// The same with more samples where the error is; `Stops::blocks` are those of a pixel on average.
@@ -134,30 +140,49 @@ pub fn render_adaptive(
     interrupted: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Progress),
 ) -> Result<Outcome, Error> {
-    render_by(&Instant::now, source, window, Some(Adaptive::new(window)), stops, interrupted, observe)
+    Film::check_memory(window.width, window.height, source.aovs())?;
+    let film = Film::over(window, source.aovs(), 0);
+    let mut observe = |progress: &Progress, _: &Film| {
+        observe(progress);
+        Ok(())
+    };
+    render_by(&Instant::now, source, film, Some(Adaptive::new(window)), stops, interrupted, &mut observe)
 }
 
-/// `render_window` or `render_adaptive` by a clock, which tests set.
+/// Adds blocks to `film`, which may have some already, until a stop: of its blocks together, and of the time since `stops.started`.
+/// A film whose pixels differ in blocks, as an interrupt leaves it, is made level first. `interrupted` is polled between blocks;
+/// `observe` is called after each pass with the film as it is then, and its error ends the render.
+pub fn render_film(
+    source: &mut dyn SampleSource,
+    film: Film,
+    stops: &Stops,
+    interrupted: &dyn Fn() -> bool,
+    observe: &mut dyn FnMut(&Progress, &Film) -> Result<(), Error>,
+) -> Result<Outcome, Error> {
+    render_by(&Instant::now, source, film, None, stops, interrupted, observe)
+}
+
+/// `render_film` or `render_adaptive` by a clock, which tests set.
 fn render_by(
     now: &dyn Fn() -> Instant,
     source: &mut dyn SampleSource,
-    window: Tile,
+    mut film: Film,
     mut adaptive: Option<Adaptive>,
     stops: &Stops,
     interrupted: &dyn Fn() -> bool,
-    observe: &mut dyn FnMut(&Progress),
+    observe: &mut dyn FnMut(&Progress, &Film) -> Result<(), Error>,
 ) -> Result<Outcome, Error> {
-    Film::check_memory(window.width, window.height, source.aovs())?;
-    let mut film = Film::over(window, source.aovs(), 0);
     let since = |then: Instant| now().duration_since(then).as_secs_f64();
     let begun = now();
+    let mut rays = level::level(source, &mut film, interrupted)?;
+    let first = film.first_block();
+    let mut done = film.min_block_count() as u64;
     let mut pace = Pace::default();
     let deadline = Deadline::new(now, stops);
     let mut next_estimate_s = 0.0;
-    let mut error: Option<FilmError> = None;
-    let (mut done, mut rays) = (0u64, 0u64);
-    // Blocks that the latest estimate was made from.
-    let mut estimated_at = 0;
+    // The latest estimate, and the blocks that it was made from.
+    let mut error: Option<FilmError> = estimate::from_film(&film);
+    let mut estimated_at = done;
     let stopped_by = loop {
         if interrupted() {
             break StoppedBy::Interrupt;
@@ -184,7 +209,7 @@ fn render_by(
         // The first block is taken whatever the clock says.
         let stop = || interrupted() || (deadline.tile_ended() && done > 0);
         let pass = match &mut adaptive {
-            None => source.render_blocks(done..done + count, &mut film, &stop),
+            None => source.render_blocks(first + done..first + done + count, &mut film, &stop),
             Some(adaptive) => adaptive.advance(source, &mut film, done + count, &stop),
         };
         rays += pass?.rays;
@@ -200,14 +225,15 @@ fn render_by(
             estimated_at = done;
             next_estimate_s = trace_s * ESTIMATE_GROWTH;
         }
-        observe(&Progress {
+        let progress = Progress {
             blocks_done: done,
             blocks_wanted: stops.blocks,
             elapsed_s: since(stops.started),
             time_wanted_s: stops.time_s,
             error_wanted: stops.error,
             error,
-        });
+        };
+        observe(&progress, &film)?;
     };
     let trace_s = since(begun);
     let error = estimate::from_film(&film);

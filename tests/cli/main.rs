@@ -5,9 +5,11 @@ mod bad_input;
 mod broken_files;
 mod compare;
 mod converge;
+mod kills;
 mod lights;
 mod measure;
 mod render;
+mod resume;
 #[path = "../support/triangle.rs"]
 mod triangle;
 

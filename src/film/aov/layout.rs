@@ -132,10 +132,16 @@ impl Layout {
 pub struct IdCounts(Vec<(u32, u32)>);
 
 impl IdCounts {
+    pub fn from_entries(entries: Vec<(u32, u32)>) -> Self {
+        Self(entries)
+    }
     pub fn add(&mut self, id: u32) {
+        self.add_count(id, 1);
+    }
+    pub fn add_count(&mut self, id: u32, count: u32) {
         match self.0.iter_mut().find(|entry| entry.0 == id) {
-            Some(entry) => entry.1 += 1,
-            None => self.0.push((id, 1)),
+            Some(entry) => entry.1 += count,
+            None => self.0.push((id, count)),
         }
     }
     pub fn iter(&self) -> impl Iterator<Item = (u32, u32)> + '_ {

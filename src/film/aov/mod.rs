@@ -257,7 +257,7 @@ impl Aovs {
 }
 
 /// Names behind the numbers of a film, and where its world's origin lies.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Names {
     pub objects: Vec<String>,
     pub materials: Vec<String>,
