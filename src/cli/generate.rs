@@ -1,5 +1,5 @@
 //! `generate`: makes the generated files of scenes/, those of the showcase, which are committed, and those of the peers' scenes;
-//! and `generate sheet`, pictures of all sample models on one page.
+//! `generate stones`, a scene of a million placed meshes; and `generate sheet`, pictures of all sample models on one page.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -34,6 +34,15 @@ enum What {
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
     },
+    /// stones.toml: a beach of placed stones, and the files it reads; some 90 bytes a stone
+    Stones {
+        /// Folder to write into
+        #[arg(short, long, value_name = "DIR")]
+        output: PathBuf,
+        /// How many
+        #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
+        count: u32,
+    },
     /// A contact sheet of every model below gltf/ of the assets folder, numbered in the order of their names; a PNG of 256 colours
     Sheet {
         /// PNG to write
@@ -52,9 +61,9 @@ enum What {
     },
 }
 
-fn write(folder: &Path, files: Vec<(&'static str, Vec<u8>)>) -> anyhow::Result<()> {
+fn write<N: AsRef<Path>>(folder: &Path, files: Vec<(N, Vec<u8>)>) -> anyhow::Result<()> {
     for (name, bytes) in files {
-        let path = folder.join(name);
+        let path = folder.join(name.as_ref());
         write_atomically(&path, &bytes)?;
         println!("wrote {} ({} bytes)", path.display(), bytes.len());
     }
@@ -65,6 +74,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     match &args.what {
         What::Showcase { output } => write(output, showcase::files())?,
         What::Peers { output } => write(output, showcase::peer_files())?,
+        What::Stones { output, count } => write(output, showcase::stones::files(*count))?,
         What::Sheet { output, size, spp, columns, device } => {
             let pictures = pictures([size.0, size.1], *spp, device)?;
             let (width, height, bytes) = sheet::lay_out(&pictures, usize::from(*columns));

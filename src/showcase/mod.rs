@@ -12,6 +12,7 @@ mod profile;
 mod sky;
 pub mod statue;
 mod still_life;
+pub mod stones;
 
 /// Name and bytes of every generated file.
 pub fn files() -> Vec<(&'static str, Vec<u8>)> {
