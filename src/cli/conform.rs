@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use steradian::conform::subject::Subject;
-use steradian::conform::{self, Report, mutations, paths};
+use steradian::conform::{self, GateRow, Report, mutations, paths};
 use steradian::gpu::{self, Choice, Selected};
 use steradian::output::write_atomically;
 
@@ -40,14 +40,18 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
         );
     };
     say(format_args!("gates on {}", device.info().title()));
+    let show = |row: &GateRow| println!("{}", row.line());
     let mut report = conform::run(&device, &args.filter);
+    report.rows.iter().for_each(show);
     let scale = if args.full { paths::FULL } else { paths::SMALL };
-    report.rows.extend(paths::rows(&Subject::new(&device), &args.filter, scale));
+    report.rows.extend(paths::rows(&Subject::new(&device), &args.filter, scale, &show));
     if args.mutations {
-        report.rows.extend(mutations::rows(&device, &args.filter));
+        let rows = mutations::rows(&device, &args.filter);
+        rows.iter().for_each(show);
+        report.rows.extend(rows);
     }
     anyhow::ensure!(!report.rows.is_empty(), "no row of the gates contains \"{}\"", args.filter);
-    print!("{}", report.text());
+    println!("{} ({}): {}", report.device, report.driver, report.counts());
     if let Some(folder) = &args.output {
         write(&report, folder)?;
     }

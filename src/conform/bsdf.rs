@@ -285,8 +285,9 @@ mod tests {
         let named: Vec<&str> = ROWS.iter().map(|r| r.keyword).collect();
         let models: Vec<&str> = MODELS.iter().map(|m| m.keyword).collect();
         assert_eq!(named, models, "one row a model, in the order of the list");
-        for row in ROWS {
+        for (row, model) in ROWS.iter().zip(MODELS) {
             assert!(!cases(row).is_empty());
+            assert_eq!(row.domains.len(), model.inputs.len(), "{}: one domain an input", row.keyword);
         }
     }
 }

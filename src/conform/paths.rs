@@ -28,8 +28,8 @@ const MODELS: [&str; 3] = [
 
 type Run<'a> = Box<dyn Fn(&Subject) -> Result<GateRow, Error> + 'a>;
 
-/// Runs the rows that `filter` names.
-pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
+/// Runs the rows that `filter` names; each is given to `seen` when it is done.
+pub fn rows(subject: &Subject, filter: &str, scale: Scale, seen: &dyn Fn(&GateRow)) -> Vec<GateRow> {
     let scenes = scenes::all(scale.size);
     let (mut models, missing) = some_models(scale.size);
     models.push(scenes::mipmapped(scale.size));
@@ -96,9 +96,10 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
         let row = move |s: &Subject| images::specialised(s, scene, 16);
         list.push((Gate::Specialised, format!("specialised {}", scene.name), Box::new(row)));
     }
-    let run = |(gate, name, run): (Gate, String, Run)| match run(subject) {
-        Ok(row) => row,
-        Err(e) => GateRow::new(gate, name, false, e.to_string(), "the row runs"),
+    let run = |(gate, name, run): (Gate, String, Run)| {
+        let row = run(subject).unwrap_or_else(|e| GateRow::new(gate, name, false, e.to_string(), "the row runs"));
+        seen(&row);
+        row
     };
     let mut rows: Vec<GateRow> =
         list.into_iter().filter(|(gate, name, _)| is_wanted(*gate, name, filter)).map(run).collect();
@@ -108,9 +109,13 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale) -> Vec<GateRow> {
             let verdict = if fault.is_some() { Verdict::Fail } else { Verdict::Skip };
             let (evidence, bound) = (fault.unwrap_or("skipped: no assets".to_owned()), "STERADIAN_ASSETS".to_owned());
             rows.push(GateRow { gate: Gate::Images, name, verdict, evidence, bound });
+            rows.iter().skip(rows.len() - 1).for_each(seen);
         }
     }
-    rows.extend(models::rows(subject, filter));
+    for row in models::rows(subject, filter) {
+        seen(&row);
+        rows.push(row);
+    }
     rows
 }
 
@@ -145,7 +150,7 @@ mod tests {
             let parts: Vec<&'static str> = edit.leak().split('|').collect();
             Fault::Text(Edit { file: parts[0], from: parts[1], to: parts[2] })
         });
-        let mut all = rows(&Subject { fault, ..Subject::new(&device) }, &filter, SMALL);
+        let mut all = rows(&Subject { fault, ..Subject::new(&device) }, &filter, SMALL, &|_| ());
         if fault.is_none() {
             all.extend(super::super::mutations::rows(&device, &filter));
         }

@@ -65,6 +65,12 @@ impl GateRow {
         Self { gate, name: name.into(), verdict, evidence, bound: bound.into() }
     }
 
+    /// The row as text.
+    pub fn line(&self) -> String {
+        let verdict = format!("{:?}", self.verdict).to_uppercase();
+        format!("{verdict:4} gate {} {:32} {}  [{}]", self.gate.number(), self.name, self.evidence, self.bound)
+    }
+
     /// Whether `filter` names the row: part of its name, or "gate N".
     pub fn is_wanted(&self, filter: &str) -> bool {
         is_wanted(self.gate, &self.name, filter)
@@ -105,12 +111,15 @@ impl Report {
     pub fn text(&self) -> String {
         let mut text = format!("{} ({})\n", self.device, self.driver);
         for r in &self.rows {
-            let verdict = format!("{:?}", r.verdict).to_uppercase();
-            let _ = writeln!(text, "{verdict:4} gate {} {:32} {}  [{}]", r.gate.number(), r.name, r.evidence, r.bound);
+            let _ = writeln!(text, "{}", r.line());
         }
+        text + &self.counts() + "\n"
+    }
+
+    /// How many rows passed, failed, were skipped.
+    pub fn counts(&self) -> String {
         let counts = [Verdict::Pass, Verdict::Fail, Verdict::Skip].map(|v| self.count(v));
-        let _ = writeln!(text, "{} passed, {} failed, {} skipped", counts[0], counts[1], counts[2]);
-        text
+        format!("{} passed, {} failed, {} skipped", counts[0], counts[1], counts[2])
     }
 
     /// One JSON object a row and line, with the device in each.

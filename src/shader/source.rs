@@ -36,4 +36,27 @@ mod tests {
         assert_eq!(count, super::paths().count());
         assert_eq!(super::get("bsdf/missing.glsl"), None);
     }
+
+    /// Drivers may be off by 1e-4 in these; core/math.glsl and core/trig.glsl have ours, with bounds.
+    const DRIVERS: [&str; 13] =
+        ["pow", "exp", "exp2", "log", "log2", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "sinh"];
+
+    fn driver_calls(text: &str) -> Vec<&str> {
+        let code = text.lines().map(|line| line.split("//").next().unwrap_or_default());
+        let words = code.flat_map(|line| line.split_inclusive('(')).filter_map(|part| {
+            let word = part.strip_suffix('(')?;
+            let start = word.rfind(|c: char| !c.is_ascii_alphanumeric() && c != '_').map_or(0, |at| at + 1);
+            Some(&word[start..])
+        });
+        words.filter(|word| DRIVERS.contains(word)).collect()
+    }
+
+    #[test]
+    fn shaders_leave_the_drivers_elementary_functions_alone() {
+        assert_eq!(driver_calls("float y = m_pow(x, 2.0) * pow(x, 3.0); // sin(x)\n"), ["pow"]);
+        for path in super::paths() {
+            let found = driver_calls(super::get(path).unwrap());
+            assert!(found.is_empty(), "{path} calls {found:?}: use m_{} of core/math.glsl or core/trig.glsl", found[0]);
+        }
+    }
 }

@@ -66,7 +66,7 @@ fn functions() {
 #[test]
 fn paths_and_images() {
     let device = device();
-    check(&device, 6..=8, paths::rows(&Subject::new(&device), "", paths::SMALL));
+    check(&device, 6..=8, paths::rows(&Subject::new(&device), "", paths::SMALL, &|_| ()));
 }
 
 /// Gate 9: every deliberate fault is caught by the gates it names.

@@ -12,8 +12,8 @@ use crate::bsdf::{BsdfSample, SAMPLE_DELTA, SAMPLE_TRANSMISSION};
 use crate::conform::report::{Gate, GateRow, is_wanted};
 use crate::metric::stats::{chi_square_test, sidak};
 
-/// Cosines of the outgoing directions tried.
-pub const COSINES: &[f64] = &[1.0, 0.5, 0.04];
+/// Cosines of the outgoing directions tried. A lobe that creates energy may do so beyond 0.01 only.
+pub const COSINES: &[f64] = &[1.0, 0.5, 0.04, 0.002];
 /// Samples of a chi-square test, and of the count of delta lobes.
 const CHI_SQUARE_SAMPLES: u32 = 15_000;
 const DELTA_SAMPLES: u32 = 1 << 14;
