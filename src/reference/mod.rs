@@ -1,6 +1,6 @@
 //! The oracle: the same light transport in double precision, with its own intersection and its own path loop.
 //!
-//! `path` is the loop, generic over `World` (what the scene is) and `Random` (where numbers come from).
+//! `path` is the loop, generic over `world::World` (what the scene is) and `world::Random` (where numbers come from).
 //! `replay` is a world over `Prepared`: the device's own records and integer streams, so that path by path one can see where
 //! device and oracle part. `independent` is a world over `Scene`: its own transforms, normals, texture look-up and light
 //! sampling, so that a fault in `Prepared` shows. `tree` intersects, `surface` holds the rules of shading frames, `render`
@@ -18,6 +18,7 @@ pub mod replay;
 pub mod scenes;
 pub mod surface;
 pub mod tree;
+pub mod world;
 
 #[cfg(test)]
 mod tests;

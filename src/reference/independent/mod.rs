@@ -6,6 +6,7 @@
 
 mod camera;
 mod light;
+mod media;
 mod mip;
 mod primitives;
 mod random;
@@ -16,7 +17,7 @@ use glam::{DVec2, DVec3};
 use super::nested::{Inside, Medium};
 use super::path::{LightSample, World};
 use super::surface::Surface;
-use super::tree::{Hit, Ray, Shape, Tree, free_ray};
+use super::tree::{Hit, Ray, Shape, Tree};
 use crate::bsdf::mixture::{self, Mixture};
 use crate::bsdf::{InputKind, MODELS, Params};
 use crate::camera::Start;
@@ -24,6 +25,7 @@ use crate::integrator::Estimator;
 use crate::prepare::records::NONE;
 use crate::scene::{self, Alpha, Material, Scene, Value};
 use light::Lights;
+use media::{is_thin, medium_of, transmits};
 use primitives::{Primitives, RECTANGLE, RECTANGLE_PARTS};
 pub use random::Stream;
 pub use value::Point;
@@ -76,77 +78,6 @@ impl<'a> Independent<'a> {
         &self.scene.materials[self.scene.instances[self.primitives.instance_of(primitive)].material]
     }
 
-    /// The medium around a point: that of the first surface with an interior whose back is seen along an arbitrary line.
-    fn medium_at(&self, point: DVec3) -> u32 {
-        if self.scene.materials.iter().all(|m| m.interior.is_none()) {
-            return NONE;
-        }
-        // A direction that no scene is likely to align with.
-        let mut ray = free_ray(point, DVec3::new(0.3713, 0.8127, 0.4491).normalize());
-        while let Some(hit) = self.tree.closest(&ray, None, f64::INFINITY) {
-            let surface = self.surface(&ray, &hit, 1.0);
-            if let Some(interior) = surface.boundary {
-                let is_back = ray.direction.dot(surface.geometric_normal) > 0.0;
-                return if is_back { interior } else { NONE };
-            }
-            ray = Ray { origin: ray.at(hit.t), leaves: hit.primitive, ..ray };
-        }
-        NONE
-    }
-
-    /// The surface parts two media, one of which may be inside another.
-    fn bounds_medium(&self, material: &Material) -> bool {
-        let shines = material.emission.as_ref().is_some_and(may_be_positive);
-        transmits(material) && !is_thin(material) && !shines
-    }
-
-    /// Whether the boxes of two instances that bound media share a volume or touch.
-    fn bodies_overlap(&self) -> bool {
-        let mut boxes: std::collections::BTreeMap<u32, (DVec3, DVec3)> = Default::default();
-        for (number, instance) in self.scene.instances.iter().enumerate() {
-            if !self.bounds_medium(&self.scene.materials[instance.material]) {
-                continue;
-            }
-            for p in self.primitives.of_instance(number).map(|n| self.primitives.get(n)) {
-                let (low, high) = match p.shape {
-                    Shape::Triangle(v) => (v[0].min(v[1]).min(v[2]), v[0].max(v[1]).max(v[2])),
-                    Shape::Sphere { center, radius } => (center - radius, center + radius),
-                    Shape::Disc { center, .. } => (center, center),
-                };
-                let entry = boxes.entry(p.instance).or_insert((low, high));
-                *entry = (entry.0.min(low), entry.1.max(high));
-            }
-        }
-        let boxes: Vec<_> = boxes.into_values().collect();
-        let touch = 1e-6 * boxes.iter().fold(0.0, |s: f64, b| s.max(b.0.abs().max(b.1.abs()).max_element()));
-        (0..boxes.len()).any(|i| {
-            (0..i).any(|j| (0..3).all(|a| boxes[i].0[a].max(boxes[j].0[a]) <= boxes[i].1[a].min(boxes[j].1[a]) + touch))
-        })
-    }
-
-    /// All media around a point: those that a line from it leaves without having entered them, outermost first.
-    fn media_at(&self, point: DVec3) -> Inside {
-        let ray = free_ray(point, DVec3::new(0.3713, 0.8127, 0.4491).normalize());
-        let (mut entered, mut around): (Vec<u32>, Vec<u32>) = Default::default();
-        let mut last = None;
-        while let Some(hit) = self.tree.closest(&ray, last.as_ref(), f64::INFINITY) {
-            last = Some(hit);
-            let Some(medium) = self.boundary_medium(hit.primitive) else { continue };
-            if ray.direction.dot(self.surface(&ray, &hit, 1.0).geometric_normal) < 0.0 {
-                entered.push(medium);
-            } else if let Some(place) = entered.iter().position(|m| *m == medium) {
-                entered.remove(place);
-            } else {
-                around.push(medium);
-            }
-        }
-        let mut inside = Inside::default();
-        for medium in around.into_iter().take(4).rev() {
-            inside.enter(medium);
-        }
-        inside
-    }
-
     /// Geometry and attributes at barycentric weights `b` of a triangle, or at `position` of a sphere or disc.
     fn point(&self, primitive: u32, b: [f64; 2], position: DVec3) -> Point {
         let p = self.primitives.get(primitive);
@@ -163,45 +94,21 @@ impl<'a> Independent<'a> {
                 // A normal map's y points up the picture, to the pole v = 0; u grows to the left seen from outside.
                 let tangent = instance.to_world.matrix3 * DVec3::new(-local.z, 0.0, local.x);
                 let tangent = Some((tangent, if p.is_mirrored { 1.0 } else { -1.0 }));
-                Point {
-                    position,
-                    geometric_normal: normal,
-                    normal,
-                    tangent,
-                    uvs: [uv; 2],
-                    color: [1.0; 4],
-                    areas: [0.0; 2],
-                }
+                Point { tangent, uvs: [uv; 2], ..Point::on(position, normal) }
             }
             Shape::Disc { normal, .. } => {
                 let local = instance.to_world.inverse().transform_point3(position);
                 let uv = DVec2::new(0.5 * (local.x + 1.0), 0.5 * (1.0 - local.y));
                 let mirror = if p.is_mirrored { -1.0 } else { 1.0 };
                 let tangent = Some((instance.to_world.matrix3.x_axis, mirror));
-                Point {
-                    position,
-                    geometric_normal: normal,
-                    normal,
-                    tangent,
-                    uvs: [uv; 2],
-                    color: [1.0; 4],
-                    areas: [0.0; 2],
-                }
+                Point { tangent, uvs: [uv; 2], ..Point::on(position, normal) }
             }
             Shape::Triangle(v) => {
                 let weights = [1.0 - b[0] - b[1], b[0], b[1]];
                 let winding = (v[1] - v[0]).cross(v[2] - v[0]).normalize_or_zero();
                 let geometric_normal = if p.is_mirrored { -winding } else { winding };
                 let position = weights[0] * v[0] + weights[1] * v[1] + weights[2] * v[2];
-                let mut point = Point {
-                    position,
-                    geometric_normal,
-                    normal: geometric_normal,
-                    tangent: None,
-                    uvs: [DVec2::ZERO; 2],
-                    color: [1.0; 4],
-                    areas: [0.0; 2],
-                };
+                let mut point = Point::on(position, geometric_normal);
                 match instance.shape {
                     scene::Shape::Mesh(mesh) => {
                         let mesh = &self.scene.meshes[mesh];
@@ -254,22 +161,6 @@ fn resolved(surface: &scene::Surface) -> Vec<Value> {
 /// True unless the value is the constant 0.
 fn may_be_positive(value: &Value) -> bool {
     !matches!(value, Value::Constant([x, ..]) if *x == 0.0)
-}
-
-/// Light can get through: models with a `transmission` input when that may be positive, else as the model says.
-fn lets_through(surface: &scene::Surface) -> bool {
-    surface.input("transmission").map_or(MODELS[surface.bsdf].transmits, may_be_positive)
-}
-
-fn transmits(material: &Material) -> bool {
-    material.surfaces().iter().any(lets_through)
-}
-
-/// Both sides are in the same medium.
-fn is_thin(material: &Material) -> bool {
-    let is_wall =
-        |s: &scene::Surface| MODELS[s.bsdf].keyword.starts_with("thin") || s.input("thin").is_some_and(may_be_positive);
-    material.surfaces().iter().filter(|s| lets_through(s)).all(is_wall)
 }
 
 fn rgb(v: [f64; 4]) -> DVec3 {
@@ -387,20 +278,7 @@ impl World for Independent<'_> {
 
     /// Media are named by the material that holds them.
     fn medium(&self, medium: u32) -> Medium {
-        let material = &self.scene.materials[medium as usize];
-        // Of the first surface that refracts; textured, it is that of the model's default.
-        let index = material.surfaces().iter().filter(|s| lets_through(s)).find_map(|s| {
-            let input = MODELS[s.bsdf].inputs.iter().find(|i| ["ior", "eta"].contains(&i.name))?;
-            match s.input(input.name) {
-                Some(Value::Constant([x, ..])) if *x > 0.0 => Some(*x),
-                _ => Some(input.default[0]),
-            }
-        });
-        Medium {
-            absorption: material.interior.map_or(DVec3::ZERO, |m| m.absorption),
-            index: index.unwrap_or(1.0),
-            priority: material.priority,
-        }
+        medium_of(&self.scene.materials[medium as usize])
     }
 
     fn background(&self, direction: DVec3, visit: &mut dyn FnMut(DVec3, f64, u32)) {

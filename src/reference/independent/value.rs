@@ -22,6 +22,21 @@ pub struct Point {
     pub areas: [f64; 2],
 }
 
+impl Point {
+    /// Flat, without texture coordinates or tangent.
+    pub fn on(position: DVec3, normal: DVec3) -> Self {
+        Self {
+            position,
+            geometric_normal: normal,
+            normal,
+            tangent: None,
+            uvs: [DVec2::ZERO; 2],
+            color: [1.0; 4],
+            areas: [0.0; 2],
+        }
+    }
+}
+
 /// Writes into `point` what the vertices of triangle `part` carry.
 pub fn interpolate(mesh: &Mesh, part: usize, weights: [f64; 3], to_world: &DAffine3, point: &mut Point) {
     let corners = mesh.triangles[part].map(|i| i as usize);

@@ -4,9 +4,12 @@
 //! loop and arithmetic are the oracle's. So `path` of a (pixel, sample) follows the device's path until rounding parts them.
 //! This is also `--device cpu`. Faults in `Prepared` are invisible here: `independent` is for those.
 
+mod lookup;
 mod pattern;
 mod placed;
 mod stream;
+mod surface;
+mod vertex;
 
 use std::sync::Arc;
 
@@ -16,20 +19,16 @@ use super::nested::{Inside, Medium};
 use super::path::{LightSample, Random, Sample, VertexTrace, World, trace};
 use super::surface::Surface;
 use super::tree::{Hit, Ray, Shape, Tree};
-use crate::bsdf::mixture::{self, Mixture};
-use crate::bsdf::{InputKind, MODELS, Params};
 use crate::camera::{self, Start, View};
 use crate::film::filter;
 use crate::integrator::{Estimator, SamplerKind, Settings};
-use crate::light::{self, Place, Reach, alias};
+use crate::light::{self, Reach, alias};
 use crate::prepare::Prepared;
-use crate::prepare::media::is_index;
-use crate::prepare::pattern::Role;
 use crate::prepare::records::*;
-use crate::sampler::{self, Purpose};
+use crate::sampler;
 use pattern::Point;
-use placed::ToWorld;
 pub use stream::Stream;
+use vertex::Vertex;
 
 /// `Prepared` with the oracle's tree over it.
 pub struct Replay {
@@ -146,70 +145,6 @@ impl Replay {
         }
     }
 
-    /// What patterns read at barycentric weights of a face.
-    fn face_point(&self, face: u32, b: [f64; 2]) -> Point {
-        let p = &self.prepared;
-        let corners = p.faces[face as usize].vertices.map(|v| v as usize);
-        let weights = [1.0 - b[0] - b[1], b[0], b[1]];
-        let mut point = Point::default();
-        if !p.uvs.is_empty() {
-            let uv = |read: fn(&UvRecord) -> [f32; 2]| -> DVec2 {
-                (0..3).map(|k| weights[k] * DVec2::from(read(&p.uvs[corners[k]]).map(f64::from))).sum()
-            };
-            point.uvs = [uv(|r| r.uv0), uv(|r| r.uv1)];
-        }
-        if !p.colors.is_empty() {
-            let channel = |c: usize| (0..3).map(|k| weights[k] * f64::from(p.colors[corners[k]].rgba[c])).sum();
-            point.color = [0, 1, 2, 3].map(channel);
-        }
-        point
-    }
-
-    /// What patterns read where the sphere's outward normal is `normal`.
-    fn sphere_point(&self, sphere: &SphereRecord, normal: DVec3) -> Point {
-        let [x, y, z, w] = sphere.rotation.map(f64::from);
-        let local = f64::from(sphere.handedness) * (glam::DQuat::from_xyzw(x, y, z, w).normalize() * normal);
-        let u = 0.5 + local.x.atan2(-local.z) / std::f64::consts::TAU;
-        let v = local.y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
-        Point { uvs: [DVec2::new(u, v); 2], ..Point::default() }
-    }
-
-    /// What patterns read at a point of a disc.
-    fn disc_point(&self, disc: &DiscRecord, position: DVec3) -> Point {
-        let (normal, tangent) = (vec(disc.normal), vec(disc.tangent));
-        let local = (position - vec(disc.center)) / f64::from(disc.radius);
-        let (x, y) = (local.dot(tangent), f64::from(disc.handedness) * local.dot(normal.cross(tangent)));
-        Point { uvs: [DVec2::new(0.5 * (x + 1.0), 0.5 * (1.0 - y)); 2], ..Point::default() }
-    }
-
-    fn point(&self, ray: &Ray, hit: &Hit) -> Point {
-        match self.part(hit.primitive) {
-            Part::Triangle(t) => self.face_point(t.face, hit.barycentric),
-            Part::Sphere(sphere) => self.sphere_point(sphere, (ray.at(hit.t) - vec(sphere.center)).normalize()),
-            Part::Disc(disc) => self.disc_point(disc, ray.at(hit.t)),
-        }
-    }
-
-    /// Areas of the cone's footprint in the units of both texture coordinates (texture/mip.rs).
-    fn areas(&self, ray: &Ray, hit: &Hit, normal: DVec3) -> [f64; 2] {
-        let p = &self.prepared;
-        let Part::Triangle(t) = self.part(hit.primitive) else { return [0.0; 2] };
-        if p.uvs.is_empty() || ray.cone == DVec2::ZERO {
-            return [0.0; 2];
-        }
-        let flat = || [t.v0, t.v1, t.v2].map(vec);
-        let v = self.instance(hit.primitive).map_or_else(flat, |placed| ToWorld::new(placed).corners(t));
-        let width = ray.cone.x + ray.cone.y * hit.t;
-        let covered = width * width / ray.direction.dot(normal).abs().max(1e-6);
-        let part = covered / (v[1] - v[0]).cross(v[2] - v[0]).length();
-        let corners = p.faces[t.face as usize].vertices.map(|v| &p.uvs[v as usize]);
-        let area = |uv: [DVec2; 3]| part * (uv[1] - uv[0]).perp_dot(uv[2] - uv[0]).abs();
-        [
-            area(corners.map(|r| DVec2::from(r.uv0.map(f64::from)))),
-            area(corners.map(|r| DVec2::from(r.uv1.map(f64::from)))),
-        ]
-    }
-
     /// Radiance of the material, shown to a direction (towards the surface) that sees its front or back.
     fn emission(&self, material: &MaterialRecord, point: &Point, is_front: bool) -> DVec3 {
         let shines =
@@ -303,110 +238,7 @@ impl World for Replay {
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit, outside: f64) -> Surface {
-        let p = &self.prepared;
-        let material = self.material(hit.primitive);
-        let point = self.point(ray, hit);
-        let follows_tangent = material.flags & MATERIAL_TANGENT != 0;
-        let (position, geometric_normal, normal, tangent) = match self.part(hit.primitive) {
-            Part::Triangle(t) => {
-                let placed = self.instance(hit.primitive).map(ToWorld::new);
-                let placed = placed.as_ref();
-                let v = placed.map_or_else(|| [t.v0, t.v1, t.v2].map(vec), |m| m.corners(t));
-                let mirror = placed.map_or(1.0, ToWorld::handedness);
-                let ng = mirror * (v[1] - v[0]).cross(v[2] - v[0]).normalize_or_zero();
-                let weights = [1.0 - hit.barycentric[0] - hit.barycentric[1], hit.barycentric[0], hit.barycentric[1]];
-                let face = &p.faces[t.face as usize];
-                let corners = face.vertices.map(|v| v as usize);
-                let mean =
-                    |read: &dyn Fn(usize) -> DVec3| -> DVec3 { (0..3).map(|k| weights[k] * read(corners[k])).sum() };
-                let normal_of = |i: usize| {
-                    let n = vec(p.normals[i].normal);
-                    placed.map_or(n, |m| m.normal(n))
-                };
-                let tangent_of = |i: usize| {
-                    let t = vec(p.tangents[i].tangent);
-                    placed.map_or(t, |m| m.tangent(t))
-                };
-                // 1e-6: opposite vertex normals may cancel down to rounding.
-                let is_smooth = face.flags & FACE_SMOOTH != 0 && !p.normals.is_empty();
-                let smooth = if is_smooth { mean(&normal_of) } else { DVec3::ZERO };
-                let normal = if smooth.length() > 1e-6 { smooth.normalize() } else { ng };
-                let has_tangent = follows_tangent && face.flags & FACE_TANGENTS != 0;
-                let tangent = has_tangent.then(|| {
-                    let handedness = p.normals.get(corners[0]).map_or(1.0, |n| f64::from(n.handedness));
-                    (mean(&tangent_of), mirror * handedness)
-                });
-                (weights[0] * v[0] + weights[1] * v[1] + weights[2] * v[2], ng, normal, tangent)
-            }
-            Part::Disc(disc) => {
-                let ng = vec(disc.normal).normalize();
-                let tangent = follows_tangent.then(|| (vec(disc.tangent), f64::from(disc.handedness)));
-                (ray.at(hit.t), ng, ng, tangent)
-            }
-            Part::Sphere(sphere) => {
-                let position = ray.at(hit.t);
-                let ng = (position - vec(sphere.center)).normalize();
-                let [x, y, z, w] = sphere.rotation.map(f64::from);
-                let axis = glam::DQuat::from_xyzw(x, y, z, w).normalize().conjugate() * DVec3::Y;
-                // Towards growing u, which is to the left seen from outside; the bitangent points to the pole v = 0.
-                let tangent = follows_tangent.then(|| (ng.cross(axis), -f64::from(sphere.handedness)));
-                (position, ng, ng, tangent)
-            }
-        };
-        // Emission and presence are looked up at a point.
-        let shaded = Point { areas: self.areas(ray, hit, geometric_normal), ..point };
-        let surfaces = p.structures[material.pattern as usize].lobes();
-        let is_mixture = matches!(p.structures[material.pattern as usize].role, Role::Mix(_));
-        let mut output = 0;
-        let mut next = || {
-            output += 1;
-            self.evaluate(material.pattern, material.data, &shaded, output - 1)
-        };
-        let mut params_of = |model: usize| {
-            let mut inputs = [DVec3::ZERO; 32];
-            for (slot, input) in inputs.iter_mut().zip(MODELS[model].inputs) {
-                let v = next();
-                *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
-                if is_index(input.name) {
-                    *slot /= outside;
-                }
-            }
-            let params = Params::from_inputs(model, &inputs[..MODELS[model].inputs.len()]);
-            (params, if is_mixture { next()[0] } else { 1.0 })
-        };
-        let params = if is_mixture {
-            let part = |lobe: (usize, usize)| {
-                let (params, share) = params_of(lobe.0);
-                (lobe, mixture::Part { share, params, is_one_sided: !MODELS[lobe.0].transmits })
-            };
-            // The pattern fills the parts in the author's order; one is picked in the order of the kernel's slots.
-            let mut parts: Vec<_> = surfaces.into_iter().map(part).collect();
-            parts.sort_by_key(|p| p.0);
-            Mixture::Many(parts.into_iter().map(|p| p.1).collect())
-        } else {
-            Mixture::One(params_of(material.bsdf as usize).0)
-        };
-        let normal_map = (material.flags & MATERIAL_NORMAL_MAP != 0).then(|| {
-            let n = 2.0 * rgb(self.evaluate(material.normal_pattern, material.normal_data, &shaded, 0)) - 1.0;
-            let scale = f64::from(material.normal_scale);
-            DVec3::new(scale * n.x, scale * n.y, n.z)
-        });
-        let transmits = material.flags & MATERIAL_TRANSMITS != 0;
-        Surface {
-            point: position,
-            geometric_normal,
-            normal,
-            uv: point.uvs[0],
-            object: p.object_of(hit.primitive),
-            material: self.material_row(hit.primitive),
-            tangent,
-            normal_map,
-            params,
-            transmits,
-            emission: self.emission(material, &point, ray.direction.dot(geometric_normal) < 0.0),
-            group: material.group,
-            boundary: (transmits && material.flags & MATERIAL_THIN == 0).then_some(material.interior),
-        }
+        self.surface_at(ray, hit, outside)
     }
 
     fn medium(&self, medium: u32) -> Medium {
@@ -461,33 +293,5 @@ impl World for Replay {
             group: self.group(index),
         };
         (density > 0.0).then_some(sample)
-    }
-}
-
-/// Where a light is sampled from.
-struct Vertex<'a> {
-    world: &'a Replay,
-    random: &'a Stream,
-    vertex: u32,
-}
-
-impl light::Surroundings for Vertex<'_> {
-    fn prepared(&self) -> &Prepared {
-        &self.world.prepared
-    }
-
-    fn word(&self, purpose: Purpose) -> u32 {
-        self.random.bits(self.vertex, purpose)
-    }
-
-    fn emission(&self, material: u32, place: Place, is_front: bool) -> DVec3 {
-        let world = self.world;
-        let material = &world.prepared.materials[material as usize];
-        let point = match place {
-            Place::Face(face, b) => world.face_point(face, b),
-            Place::Sphere(row, normal) => world.sphere_point(&world.prepared.spheres[row as usize], normal),
-            Place::Disc(row, position) => world.disc_point(&world.prepared.discs[row as usize], position),
-        };
-        world.emission(material, &point, is_front) * world.alpha(material, &point)
     }
 }
