@@ -8,47 +8,22 @@ use glam::DVec3;
 
 use super::ggx::{Ggx, half_cosine, half_vector, reflect};
 use super::ggx_albedo::{self, Albedo, multiple_scattering, multiple_scattering_color};
-use super::{Bsdf, BsdfSample, Input, InputKind, Model, SAMPLE_DELTA, Shared, When, fresnel, is_chosen, shared};
+use super::{Bsdf, BsdfSample, Input, Model, SAMPLE_DELTA, Shared, When, fresnel, is_chosen, shared};
 
 pub const MODEL: Model = Model {
     keyword: "conductor",
     glsl_type: "Conductor",
     inputs: &[
-        Input {
-            name: "eta",
-            kind: InputKind::Color,
-            default: [0.2, 0.92, 1.1],
-            range: (0.0, 100.0),
-            doc: "real part of the index of refraction",
-        },
-        Input {
-            name: "k",
-            kind: InputKind::Color,
-            default: [3.9, 2.45, 2.14],
-            range: (0.0, 100.0),
-            doc: "imaginary part of the index of refraction",
-        },
-        Input {
-            name: "roughness",
-            kind: InputKind::Scalar,
-            default: [0.1; 3],
-            range: (0.0, 1.0),
-            doc: "0 smooth, 1 rough; GGX alpha = roughness^2",
-        },
-        Input {
-            name: "roughness_y",
-            kind: InputKind::Scalar,
-            default: [-1.0; 3],
-            range: (-1.0, 1.0),
-            doc: "roughness along the bitangent; -1: the same as roughness",
-        },
-        Input {
-            name: "compensation",
-            kind: InputKind::Scalar,
-            default: [1.0; 3],
-            range: (0.0, 1.0),
-            doc: "1: give back what facets scatter more than once; 0: single scattering only",
-        },
+        Input::color("eta", [0.2, 0.92, 1.1], (0.0, 100.0), "real part of the index of refraction"),
+        Input::color("k", [3.9, 2.45, 2.14], (0.0, 100.0), "imaginary part of the index of refraction"),
+        Input::scalar("roughness", 0.1, (0.0, 1.0), "0 smooth, 1 rough; GGX alpha = roughness^2"),
+        Input::scalar("roughness_y", -1.0, (-1.0, 1.0), "roughness along the bitangent; -1: the same as roughness"),
+        Input::scalar(
+            "compensation",
+            1.0,
+            (0.0, 1.0),
+            "1: give back what facets scatter more than once; 0: single scattering only",
+        ),
     ],
     transmits: false,
     transmission_input: None,

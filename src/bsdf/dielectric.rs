@@ -14,40 +14,26 @@ use glam::DVec3;
 use super::dielectric_albedo::{self, Deficits};
 use super::fresnel;
 use super::ggx::{Ggx, half_cosine, half_vector, reflect};
-use super::{Bsdf, BsdfSample, Input, InputKind, Model, SAMPLE_DELTA, SAMPLE_TRANSMISSION, When, is_chosen, shared};
+use super::{Bsdf, BsdfSample, Input, Model, SAMPLE_DELTA, SAMPLE_TRANSMISSION, When, is_chosen, shared};
 
 pub const MODEL: Model = Model {
     keyword: "dielectric",
     glsl_type: "Dielectric",
     inputs: &[
-        Input {
-            name: "eta",
-            kind: InputKind::Scalar,
-            default: [1.5; 3],
-            range: (0.1, 10.0),
-            doc: "index of refraction, interior over exterior; within 1e-4 of 1 the surface is not there",
-        },
-        Input {
-            name: "roughness",
-            kind: InputKind::Scalar,
-            default: [0.0; 3],
-            range: (0.0, 1.0),
-            doc: "0 smooth, 1 rough; GGX alpha = roughness^2",
-        },
-        Input {
-            name: "roughness_y",
-            kind: InputKind::Scalar,
-            default: [-1.0; 3],
-            range: (-1.0, 1.0),
-            doc: "roughness along the bitangent; -1: the same as roughness",
-        },
-        Input {
-            name: "compensation",
-            kind: InputKind::Scalar,
-            default: [1.0; 3],
-            range: (0.0, 1.0),
-            doc: "1: give back what facets of one roughness scatter more than once; 0: single scattering only",
-        },
+        Input::scalar(
+            "eta",
+            1.5,
+            (0.1, 10.0),
+            "index of refraction, interior over exterior; within 1e-4 of 1 the surface is not there",
+        ),
+        Input::scalar("roughness", 0.0, (0.0, 1.0), "0 smooth, 1 rough; GGX alpha = roughness^2"),
+        Input::scalar("roughness_y", -1.0, (-1.0, 1.0), "roughness along the bitangent; -1: the same as roughness"),
+        Input::scalar(
+            "compensation",
+            1.0,
+            (0.0, 1.0),
+            "1: give back what facets of one roughness scatter more than once; 0: single scattering only",
+        ),
     ],
     transmits: true,
     transmission_input: None,

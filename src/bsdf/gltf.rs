@@ -16,79 +16,18 @@
 //! reciprocally, and what the cosine lobe sends back at it from below comes out again on average. The coat follows the base's normal.
 //! Two-sided throughout; only the refracted part knows inside (`wo.z < 0`) from outside.
 
+mod inputs;
+
 use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
 
-use super::coat::{self, Coat};
+use super::coat::Coat;
 use super::dielectric::{INDEX_MATCHED, refraction};
 use super::ggx::{Ggx, SMOOTH_ALPHA, half_cosine, half_vector, reflect};
 use super::ggx_albedo::{self, Albedo, multiple_scattering, multiple_scattering_color};
-use super::{Bsdf, BsdfSample, Input, InputKind, Model, SAMPLE_DELTA, SAMPLE_TRANSMISSION, Shared, When, fresnel, is_chosen, shared};
-
-const fn scalar(name: &'static str, default: f64, range: (f64, f64), doc: &'static str) -> Input {
-    Input { name, kind: InputKind::Scalar, default: [default; 3], range, doc }
-}
-
-pub const MODEL: Model = Model {
-    keyword: "gltf",
-    glsl_type: "Gltf",
-    inputs: &[
-        Input {
-            name: "base_color",
-            kind: InputKind::Color,
-            default: [1.0; 3],
-            range: (0.0, 1.0),
-            doc: "albedo of the dielectric, reflectance of the metal at normal incidence, linear RGB",
-        },
-        scalar("metallic", 1.0, (0.0, 1.0), "0 dielectric, 1 metal"),
-        scalar("roughness", 1.0, (0.0, 1.0), "0 smooth, 1 rough; GGX alpha = roughness^2"),
-        scalar("ior", 1.5, (0.0, 10.0), "index of refraction of the dielectric; 0: reflects everything"),
-        scalar("transmission", 0.0, (0.0, 1.0), "share of the dielectric's base that lets light through"),
-        scalar("thin", 1.0, (0.0, 1.0), "1: thin wall, light is not refracted; 0: boundary of a volume"),
-        scalar("khronos_mix", 0.0, (0.0, 1.0), "1: the specification's formula, which can create energy"),
-        scalar("compensation", 1.0, (0.0, 1.0), "1: give back what the metal's facets scatter more than once"),
-        scalar("specular", 1.0, (0.0, 1.0), "strength of the dielectric's reflection"),
-        Input {
-            name: "specular_color",
-            kind: InputKind::Color,
-            default: [1.0; 3],
-            range: (0.0, 100.0),
-            doc: "factor on the dielectric's reflectance at normal incidence, linear RGB; their product is cut at 1",
-        },
-        scalar("anisotropy", 0.0, (0.0, 1.0), "widens alpha along a direction to mix(alpha, 1, anisotropy^2)"),
-        scalar("anisotropy_rotation", 0.0, (-100.0, 100.0), "turn of that direction from the tangent to the bitangent, radian"),
-        Input {
-            name: "anisotropy_direction",
-            kind: InputKind::Color,
-            default: [1.0, 0.5, 1.0],
-            range: (0.0, 1.0),
-            doc: "r, g: the direction before its turn, (1 + x)/2 and (1 + y)/2; b: factor on anisotropy",
-        },
-        scalar("clearcoat", 0.0, (0.0, 1.0), "presence of a clear coat"),
-        scalar("clearcoat_roughness", 0.0, (0.0, 1.0), "roughness of the coat"),
-    ],
-    transmits: true,
-    transmission_input: Some("transmission"),
-    tables: &["ggx_albedo"],
-    macros: &[
-        ("GLTF_TRANSMISSION", When::NotZero(&["transmission"])),
-        ("GLTF_KHRONOS_MIX", When::NotZero(&["khronos_mix"])),
-        ("GLTF_COMPENSATION", When::NotZero(&["compensation"])),
-        ("GLTF_SPECULAR", When::NotDefault(&["specular", "specular_color"])),
-        ("GLTF_ANISOTROPY", When::NotZero(&["anisotropy"])),
-        ("GLTF_CLEARCOAT", When::NotZero(&["clearcoat"])),
-    ],
-    shared: &[
-        shared("bsdf/fresnel.glsl"),
-        shared("bsdf/ggx.glsl"),
-        ggx_albedo::SHARED,
-        Shared { only_with: Some("GLTF_CLEARCOAT"), ..coat::SHARED },
-        shared("bsdf/gltf_params.glsl"),
-        shared("bsdf/gltf_layers.glsl"),
-    ],
-    doc: "glTF 2.0 metallic-roughness with ior, specular, anisotropy, clearcoat, transmission, volume",
-};
+use super::{Bsdf, BsdfSample, SAMPLE_DELTA, SAMPLE_TRANSMISSION, fresnel, is_chosen};
+pub use inputs::MODEL;
 
 /// Indices below are taken as this: finite on both sides, and all but a total mirror.
 const MIN_IOR: f64 = 1e-3;

@@ -5,18 +5,12 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::{Bsdf, BsdfSample, Input, InputKind, Model};
+use super::{Bsdf, BsdfSample, Input, Model};
 
 pub const MODEL: Model = Model {
     keyword: "lambert",
     glsl_type: "Lambert",
-    inputs: &[Input {
-        name: "albedo",
-        kind: InputKind::Color,
-        default: [0.5; 3],
-        range: (0.0, 1.0),
-        doc: "fraction of light reflected, linear RGB",
-    }],
+    inputs: &[Input::color("albedo", [0.5; 3], (0.0, 1.0), "fraction of light reflected, linear RGB")],
     transmits: false,
     transmission_input: None,
     tables: &[],

@@ -63,6 +63,16 @@ pub struct Input {
     pub doc: &'static str,
 }
 
+impl Input {
+    pub const fn scalar(name: &'static str, default: f64, range: (f64, f64), doc: &'static str) -> Self {
+        Self { name, kind: InputKind::Scalar, default: [default; 3], range, doc }
+    }
+
+    pub const fn color(name: &'static str, default: [f64; 3], range: (f64, f64), doc: &'static str) -> Self {
+        Self { name, kind: InputKind::Color, default, range, doc }
+    }
+}
+
 /// What the assembler, the scene reader and the documentation need to know of a model.
 #[derive(Clone, Copy, Debug)]
 pub struct Model {

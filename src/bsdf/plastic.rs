@@ -12,33 +12,20 @@ use glam::DVec3;
 
 use super::coat::{self, Coat};
 use super::ggx::{half_cosine, half_vector, reflect};
-use super::{Bsdf, BsdfSample, Input, InputKind, Model, SAMPLE_DELTA, ggx_albedo, is_chosen, shared};
+use super::{Bsdf, BsdfSample, Input, Model, SAMPLE_DELTA, ggx_albedo, is_chosen, shared};
 
 pub const MODEL: Model = Model {
     keyword: "plastic",
     glsl_type: "Plastic",
     inputs: &[
-        Input {
-            name: "color",
-            kind: InputKind::Color,
-            default: [0.5; 3],
-            range: (0.0, 1.0),
-            doc: "albedo of the base under the coat, linear RGB",
-        },
-        Input {
-            name: "roughness",
-            kind: InputKind::Scalar,
-            default: [0.0; 3],
-            range: (0.0, 1.0),
-            doc: "of the coat: 0 smooth (varnish), 0.2 to 0.4 semi-gloss paint, 1 rough; GGX alpha = roughness^2",
-        },
-        Input {
-            name: "eta",
-            kind: InputKind::Scalar,
-            default: [1.5; 3],
-            range: (1.0, 3.0),
-            doc: "index of refraction of the coat over that outside",
-        },
+        Input::color("color", [0.5; 3], (0.0, 1.0), "albedo of the base under the coat, linear RGB"),
+        Input::scalar(
+            "roughness",
+            0.0,
+            (0.0, 1.0),
+            "of the coat: 0 smooth (varnish), 0.2 to 0.4 semi-gloss paint, 1 rough; GGX alpha = roughness^2",
+        ),
+        Input::scalar("eta", 1.5, (1.0, 3.0), "index of refraction of the coat over that outside"),
     ],
     transmits: false,
     transmission_input: None,

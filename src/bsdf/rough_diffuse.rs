@@ -8,26 +8,14 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use super::{Bsdf, BsdfSample, Input, InputKind, Model};
+use super::{Bsdf, BsdfSample, Input, Model};
 
 pub const MODEL: Model = Model {
     keyword: "rough_diffuse",
     glsl_type: "RoughDiffuse",
     inputs: &[
-        Input {
-            name: "color",
-            kind: InputKind::Color,
-            default: [0.5; 3],
-            range: (0.0, 1.0),
-            doc: "albedo of a single facet, linear RGB",
-        },
-        Input {
-            name: "roughness",
-            kind: InputKind::Scalar,
-            default: [0.5; 3],
-            range: (0.0, 1.0),
-            doc: "0: Lambert; 1: full back-scattering",
-        },
+        Input::color("color", [0.5; 3], (0.0, 1.0), "albedo of a single facet, linear RGB"),
+        Input::scalar("roughness", 0.5, (0.0, 1.0), "0: Lambert; 1: full back-scattering"),
     ],
     transmits: false,
     transmission_input: None,
@@ -97,7 +85,8 @@ impl Bsdf for RoughDiffuse {
 
     fn sample(&self, wo: DVec3, choice: u32, u: [f64; 2]) -> Option<BsdfSample> {
         let is_uniform = super::is_chosen(choice, self.p_uniform(wo));
-        let warp = if is_uniform { crate::math::warp::uniform_hemisphere } else { crate::math::warp::cosine_hemisphere };
+        let warp =
+            if is_uniform { crate::math::warp::uniform_hemisphere } else { crate::math::warp::cosine_hemisphere };
         let wi = warp(u);
         let pdf = self.pdf(wo, wi);
         (pdf > 0.0).then(|| BsdfSample { wi, weight: self.eval(wo, wi) / pdf, pdf, flags: 0, eta_scale: 1.0 })

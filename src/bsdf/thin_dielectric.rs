@@ -4,26 +4,14 @@
 
 use glam::DVec3;
 
-use super::{Bsdf, BsdfSample, Input, InputKind, Model, SAMPLE_DELTA, SAMPLE_TRANSMISSION, fresnel, is_chosen, shared};
+use super::{Bsdf, BsdfSample, Input, Model, SAMPLE_DELTA, SAMPLE_TRANSMISSION, fresnel, is_chosen, shared};
 
 pub const MODEL: Model = Model {
     keyword: "thin_dielectric",
     glsl_type: "ThinDielectric",
     inputs: &[
-        Input {
-            name: "eta",
-            kind: InputKind::Scalar,
-            default: [1.5; 3],
-            range: (0.1, 10.0),
-            doc: "index of refraction of the pane over its surroundings",
-        },
-        Input {
-            name: "tint",
-            kind: InputKind::Color,
-            default: [1.0; 3],
-            range: (0.0, 1.0),
-            doc: "factor on the transmitted light, linear RGB",
-        },
+        Input::scalar("eta", 1.5, (0.1, 10.0), "index of refraction of the pane over its surroundings"),
+        Input::color("tint", [1.0; 3], (0.0, 1.0), "factor on the transmitted light, linear RGB"),
     ],
     transmits: true,
     transmission_input: None,
