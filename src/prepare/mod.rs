@@ -2,6 +2,7 @@
 //!
 //! The world is rebased in f64 so that the camera stands at the origin; `Prepared::origin` is what was subtracted.
 
+mod emitters;
 pub mod features;
 pub mod geometry;
 pub mod instances;
@@ -198,7 +199,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
     let elements = camera::elements(scene).map_err(Error::Camera)?;
     (p.sensor_elements, p.sensor_alias) = (elements.records, elements.alias);
     (p.camera.medium, p.camera.media) = media::around_camera(&p);
-    attach_lights(&mut p, scene, &resolved.emission, settings.estimator == Estimator::Mis)?;
+    emitters::attach(&mut p, scene, &resolved.emission, settings.estimator == Estimator::Mis)?;
     if settings.estimator == Estimator::Bsdf {
         let count = p.lights.iter().filter(|l| light::kind(l).is_some_and(light::Kind::is_delta)).count();
         if count > 0 {
@@ -206,68 +207,6 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
         }
     }
     Ok(p)
-}
-
-/// Builds the light tables and tells each emissive primitive its row. Surfaces with alpha are left to the paths that run into them.
-fn attach_lights(p: &mut Prepared, scene: &Scene, emission: &[DVec3], compensate: bool) -> Result<(), Error> {
-    let shines = |material: u32| {
-        let flags = p.materials[material as usize].flags;
-        flags & MATERIAL_EMITS != 0 && flags & (MATERIAL_MASK | MATERIAL_BLEND) == 0
-    };
-    let is_two_sided = |material: u32| p.materials[material as usize].flags & MATERIAL_EMITS_TWO_SIDED != 0;
-    // Placed meshes do not emit.
-    let triangle_rows: Vec<usize> =
-        (0..p.bvh.flat_triangle_count()).filter(|&i| shines(p.triangles[i].material)).collect();
-    let sphere_rows: Vec<usize> = (0..p.spheres.len()).filter(|&i| shines(p.spheres[i].material)).collect();
-    let triangles = triangle_rows.iter().map(|&i| {
-        let TriangleRecord { v0, v1, v2, face, material, .. } = p.triangles[i];
-        light::triangle::emitter([v0, v1, v2], face, material, emission[material as usize], is_two_sided(material))
-    });
-    let spheres = sphere_rows.iter().map(|&i| {
-        let SphereRecord { center, radius, material, .. } = p.spheres[i];
-        // The light reads the sphere's record by its place in the table, which is leaf order.
-        let (row, radiance) = (i as u32, emission[material as usize]);
-        light::sphere::emitter(center, radius, row, material, radiance, is_two_sided(material))
-    });
-    let disc_rows: Vec<usize> = (0..p.discs.len()).filter(|&i| shines(p.discs[i].material)).collect();
-    let discs = disc_rows.iter().map(|&i| {
-        let material = p.discs[i].material;
-        light::disc::emitter(&p.discs[i], i as u32, emission[material as usize], is_two_sided(material))
-    });
-    let radius = p.bounding_radius();
-    let lamps = lights::lamps(scene, p.origin, radius, &mut p.notes)?;
-    // Suns first, for rays that leave the scene look through them all.
-    let (suns, lamps): (Vec<_>, Vec<_>) = lamps.into_iter().partition(|e| e.record.kind == light::LIGHT_SUN);
-    let first = suns.len();
-    let emitters: Vec<light::Emitter> =
-        suns.into_iter().chain(triangles).chain(spheres).chain(discs).chain(lamps).collect();
-    let tables = lights::build(&lights::LightInput {
-        emitters: &emitters,
-        sky: scene.sky.as_ref().map(|s| (s, scene.images.as_slice())),
-        sky_group: p.sky_group,
-        scene_radius: radius,
-        compensate,
-    })?;
-    let (triangle_lights, others) = tables.rows[first..].split_at(triangle_rows.len());
-    let (sphere_lights, others) = others.split_at(sphere_rows.len());
-    let disc_lights = &others[..disc_rows.len()];
-    for (&row, &light) in triangle_rows.iter().zip(triangle_lights) {
-        p.triangles[row].light = light;
-    }
-    for (&row, &light) in sphere_rows.iter().zip(sphere_lights) {
-        p.spheres[row].light = light;
-    }
-    for (&row, &light) in disc_rows.iter().zip(disc_lights) {
-        p.discs[row].light = light;
-    }
-    p.has_sky = tables.sky.light != NONE;
-    p.lights = tables.lights;
-    p.light_alias = tables.light_alias;
-    p.sky = tables.sky;
-    p.sky_texels = tables.sky_texels;
-    p.sky_alias = tables.sky_alias;
-    p.notes.extend(tables.notes);
-    Ok(())
 }
 
 /// `Prepared::object_of` over `Prepared::objects`.
