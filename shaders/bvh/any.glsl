@@ -2,13 +2,7 @@
 // saves. Stack and structure as in closest.glsl.
 
 bool trace_any(Ray ray, uint excluded_primitive) {
-    BoxRay boxes = box_ray(ray);
-#if HAS_TRIANGLES
-    TriangleRay sheared = triangle_ray(ray.o, ray.d);
-#endif
-#if HAS_INSTANCES
-    uint primitive_offset = 0u;
-#endif
+    RaySpace space = world_space(ray);
     bool is_hit = false;
     uint stack[BVH_STACK];
     stack[0] = BVH_DONE;
@@ -17,7 +11,7 @@ bool trace_any(Ray ray, uint excluded_primitive) {
     while (current != BVH_DONE) {
         while ((current & BVH_LEAF_BIT) == 0u) {
             uint row = current * 7u;
-            vec4 t = box_entries(boxes, row, 0.0, ray.t_max);
+            vec4 t = box_entries(space.boxes, row, 0.0, ray.t_max);
             uvec4 w = bvh_row(row + 6u);
             stack[top] = w.x;
             top += (t.x < INFINITY) ? 1u : 0u;
@@ -36,10 +30,10 @@ bool trace_any(Ray ray, uint excluded_primitive) {
         uint end_triangle = (leaf_kind(current) == 0u) ? end : first;
         for (uint slot = first; slot < end_triangle; ++slot) {
             TriangleRecord r = TriangleRecord_load_triangles(slot);
-            TriangleHit h = triangle_intersect(sheared, r.v0, r.v1, r.v2);
+            TriangleHit h = triangle_intersect(space.sheared, r.v0, r.v1, r.v2);
             uint primitive = r.face;
 #if HAS_INSTANCES
-            primitive += primitive_offset;
+            primitive += space.primitive_offset;
 #endif
             is_hit = is_hit || (h.t > 0.0 && h.t < ray.t_max && primitive != excluded_primitive);
         }
@@ -67,14 +61,7 @@ bool trace_any(Ray ray, uint excluded_primitive) {
         bool enters = is_placed && current != INSTANCE_WORLD_WORD;
         uint root = 0u;
         if (is_placed) {
-            InstanceRecord placed = InstanceRecord_load_instances(first);
-            Ray local = instance_ray(placed, ray);
-            boxes = box_ray(local);
-#if HAS_TRIANGLES
-            sheared = triangle_ray(local.o, local.d);
-#endif
-            primitive_offset = placed.primitive_offset;
-            root = placed.first_node;
+            root = space_enter(space, first, ray);
         }
         stack[top] = INSTANCE_WORLD_WORD;
         top += enters ? 1u : 0u;

@@ -34,14 +34,7 @@ void offer_hit(inout Hit best, Hit candidate, float t_after, uint primitive_afte
 
 // Start with t_after = 0, primitive_after = NO_HIT; go on with those of the last hit. t = INFINITY when missed.
 Hit trace_closest_from(Ray ray, float t_after, uint primitive_after) {
-    BoxRay boxes = box_ray(ray);
-#if HAS_TRIANGLES
-    TriangleRay sheared = triangle_ray(ray.o, ray.d);
-#endif
-#if HAS_INSTANCES
-    uint instance = 0u;
-    uint primitive_offset = 0u;
-#endif
+    RaySpace space = world_space(ray);
     Hit best = hit_at(ray.t_max, 0.0, 0.0, NO_HIT, NO_HIT, 0u);
     // Boxes well behind the last hit are skipped; the margin is far above the rounding of a hit's distance.
     float t_min = 0.999 * t_after;
@@ -54,7 +47,7 @@ Hit trace_closest_from(Ray ray, float t_after, uint primitive_after) {
     while (current != BVH_DONE) {
         while ((current & BVH_LEAF_BIT) == 0u) {
             uint row = current * 7u;
-            vec4 t = box_entries(boxes, row, t_min, best.t);
+            vec4 t = box_entries(space.boxes, row, t_min, best.t);
             uvec4 w = bvh_row(row + 6u);
             sort_pair(t.x, w.x, t.y, w.y);
             sort_pair(t.z, w.z, t.w, w.w);
@@ -82,11 +75,11 @@ Hit trace_closest_from(Ray ray, float t_after, uint primitive_after) {
         uint end_triangle = (leaf_kind(current) == 0u) ? end : first;
         for (uint slot = first; slot < end_triangle; ++slot) {
             TriangleRecord r = TriangleRecord_load_triangles(slot);
-            TriangleHit h = triangle_intersect(sheared, r.v0, r.v1, r.v2);
+            TriangleHit h = triangle_intersect(space.sheared, r.v0, r.v1, r.v2);
             Hit candidate = hit_at(h.t, h.b1, h.b2, 0u, slot, r.face);
 #if HAS_INSTANCES
-            candidate.primitive += primitive_offset;
-            candidate.instance = instance;
+            candidate.primitive += space.primitive_offset;
+            candidate.instance = space.instance;
 #endif
             offer_hit(best, candidate, t_after, primitive_after);
         }
@@ -113,15 +106,7 @@ Hit trace_closest_from(Ray ray, float t_after, uint primitive_after) {
         bool enters = is_placed && current != INSTANCE_WORLD_WORD;
         uint root = 0u;
         if (is_placed) {
-            InstanceRecord placed = InstanceRecord_load_instances(first);
-            Ray local = instance_ray(placed, ray);
-            boxes = box_ray(local);
-#if HAS_TRIANGLES
-            sheared = triangle_ray(local.o, local.d);
-#endif
-            instance = first;
-            primitive_offset = placed.primitive_offset;
-            root = placed.first_node;
+            root = space_enter(space, first, ray);
         }
         // The way back, kept only when something is entered, and never skipped.
         stack[top] = INSTANCE_WORLD_WORD;

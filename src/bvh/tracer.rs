@@ -204,6 +204,7 @@ impl Tracer {
         if self.has_instances {
             source = source.file("bvh/instance.glsl")?;
         }
+        source = source.file("bvh/space.glsl")?;
         source = match question {
             Question::Any => source.file("bvh/any.glsl")?,
             Question::Spawn => {

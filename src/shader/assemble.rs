@@ -92,6 +92,7 @@ pub fn includes(f: &Features) -> Vec<String> {
     add(true, "bvh/spawn");
     add(f.instances, "bvh/instance");
     add(f.instances, "bvh/placed");
+    add(true, "bvh/space");
     add(true, "bvh/closest");
     add(f.next_event() && !f.alpha && !f.media_stack, "bvh/any");
     add(true, "bsdf/common");
@@ -157,7 +158,8 @@ pub fn assemble(
     source = file(source, "integrator/surface_point");
     source = source.part("<patterns>", dispatch::patterns(f)).part("<bsdfs>", dispatch::bsdfs(f));
     source = source.part("<aov sums>", aovs::sums(f.aovs));
-    for stem in ["integrator/surface", "integrator/state"].map(str::to_owned).into_iter().chain(light_includes(f)) {
+    let surface = ["hit_point", "surface", "state"].map(|stem| format!("integrator/{stem}"));
+    for stem in surface.into_iter().chain(light_includes(f)) {
         source = file(source, &stem);
     }
     source = source.part("<lights>", dispatch::lights(f));
@@ -165,14 +167,15 @@ pub fn assemble(
         source = file(source, &stem);
     }
     source = source.part("<cameras>", dispatch::cameras(f));
-    for stem in ["footprint", "visibility", "media", "emission", "scatter"] {
+    let stack = f.media_stack.then_some("media_stack");
+    for stem in ["footprint", "visibility"].into_iter().chain(stack).chain(["media", "emission", "scatter"]) {
         source = file(source, &format!("integrator/{stem}"));
     }
     source = file(source.part("<aovs>", aovs::functions(f.aovs)), "integrator/tally");
     if f.receiver() {
         source = file(source, "integrator/receiver");
     }
-    for stem in [&*integrator, "film/slot", "kernel/render"] {
+    for stem in [&*integrator, "integrator/vertex", "film/slot", "kernel/render"] {
         source = file(source, stem);
     }
     Ok(Program { source, tables, constants: (0..).zip(constants(settings, prepared).map(|c| c.1)).collect() })
