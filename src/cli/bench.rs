@@ -50,21 +50,30 @@ const PEER_A: &str = include_str!("../../scenes/peer_a.toml");
 
 pub fn run(args: &Args) -> anyhow::Result<Exit> {
     let is_wanted = |name: &str| name.contains(&args.filter);
+    let is_of_error = bench_error::NAMES.contains(&args.filter.as_str());
     anyhow::ensure!(
-        BENCHES.into_iter().any(is_wanted),
-        "--filter: no bench contains \"{}\"; there are {}",
+        is_of_error || BENCHES.into_iter().any(is_wanted),
+        "--filter: no bench contains \"{}\"; there are {}, and by their whole names {}",
         args.filter,
-        BENCHES.join(", ")
+        BENCHES.join(", "),
+        bench_error::NAMES.join(", ")
     );
     anyhow::ensure!(
-        is_wanted("samples") || (args.scenes.is_empty() && args.tried.is_none()),
+        is_of_error || (args.seeds.is_none() && args.output.is_none()),
+        "--seeds and --output are for the benches {}; name one with --filter",
+        bench_error::NAMES.join(", ")
+    );
+    anyhow::ensure!(
+        (is_of_error && args.tried.is_none())
+            || is_wanted("samples")
+            || (args.scenes.is_empty() && args.tried.is_none()),
         "scene files and --try are for the bench `samples`, which --filter {} leaves out",
         args.filter
     );
     let Selected::Vulkan(device) = gpu::select(&Choice::from(args.device.as_str()), &gpu::Options::default())? else {
         anyhow::bail!("bench measures Vulkan devices, and there is none: run ./x once, which installs software Vulkan");
     };
-    if bench_error::NAMES.contains(&args.filter.as_str()) {
+    if is_of_error {
         return Ok(if bench_error::run(args, &device)? { Exit::Done } else { Exit::CheckFailed });
     }
     let rounds = args.rounds as usize;

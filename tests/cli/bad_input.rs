@@ -132,6 +132,8 @@ fn flags_without_effect() {
     refuses(&["measure", &meters, "--instances", "often"], &["often", "auto, always, never"]);
     refuses(&["bench", "--filter", "zorg"], &["zorg", "build, rays, instances, samples, specialise"]);
     refuses(&["bench", &cornell, "--filter", "rays"], &["samples", "--filter rays"]);
+    refuses(&["bench", "--filter", "rays", "--seeds", "5"], &["--seeds", "coverage"]);
+    refuses(&["bench", &cornell, "--filter", "coverage", "--try", "."], &["--try", "samples"]);
     let converge = ["converge", &cornell, "-o", &folder, "--reference", "a.exr"];
     refuses(&[&converge[..], &["--reference-spp", "64"]].concat(), &["--reference-spp", "--reference"]);
     refuses(&[&converge[..], &[&sky]].concat(), &["--reference", "one scene, and 2 are given"]);

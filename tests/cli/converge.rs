@@ -40,6 +40,13 @@ fn one_folder_with_everything() {
     assert!(csv.lines().count() >= 5 && csv.lines().all(|l| l.split(',').count() == columns), "{csv}");
     let page = std::fs::read_to_string(out.join("index.html")).unwrap();
     assert!(page.contains("<svg") && page.contains("data:image/png;base64,"));
+    let overview = std::fs::read_to_string(out.join("overview.svg")).unwrap();
+    for carried in ["converge", "CPU reference", "seeds 1 to 2", "data in runs.csv"] {
+        assert!(overview.contains(carried), "a figure says what it was made by: {carried}");
+    }
+    let table = std::fs::read_to_string(out.join("table.md")).unwrap();
+    assert!(table.contains("| minimal | bsdf+independent |") && table.contains("seeds 1 to 2"), "{table}");
+    assert!(out.join("minimal-equal-time.png").is_file());
     let remote = page.match_indices("http").filter(|(i, _)| !page[*i..].starts_with("http://www.w3.org/")).count();
     assert_eq!(remote, 0, "the page is read offline");
     let kept = || std::fs::read_dir(out.join("references")).unwrap().count();
