@@ -131,6 +131,18 @@ fn a_black_lamp_with_a_colour_of_its_own_shines() {
     assert!(scene.materials[scene.instances[0].material].emits() && scene.notes.is_empty());
 }
 
+/// What a mesh or an image decides is held to its sign only: it may never be 0 where its range ends above 0.
+#[test]
+fn an_index_by_vertex_colour_is_no_error() {
+    let folder = Folder::new();
+    let glass =
+        "[[material]]\nname = \"m\"\ntype = \"dielectric\"\neta = { vertex_color = true, channel = \"r\", factor = ";
+    let load =
+        |factor: &str| steradian::scene::load(&folder.write("a.toml", format!("{glass}{factor} }}\n").as_bytes()));
+    load("2").unwrap();
+    assert!(load("-2").unwrap_err().to_string().contains("`eta` in [[material]] must lie from 0.1 to 10"));
+}
+
 #[test]
 fn the_same_numbers_in_model_files_are_errors() {
     let folder = Folder::new();

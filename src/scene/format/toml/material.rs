@@ -259,10 +259,11 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// A value lies in a range. What an image or a mesh decides may reach beyond its upper end, and is cut there.
+    /// A value lies in a range. What an image or a mesh decides may reach beyond an end, and is cut there; a sign is never meant.
     fn within(&self, table: &Table<'a>, key: &str, value: &Value, (least, most): (f64, f64)) -> Result<(), Error> {
         let bounds = self.scene.bounds_of(value);
-        if bounds.least < least || (bounds.is_met && bounds.most > most) {
+        let is_below = bounds.least < if bounds.is_met { least } else { least.min(0.0) };
+        if is_below || (bounds.is_met && bounds.most > most) {
             return Err(table.error(key, format!("must lie from {least} to {most}")));
         }
         Ok(())
