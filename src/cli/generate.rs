@@ -62,6 +62,8 @@ enum What {
 }
 
 fn write<N: AsRef<Path>>(folder: &Path, files: Vec<(N, Vec<u8>)>) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder)
+        .map_err(|e| anyhow::anyhow!("{}: cannot make the folder: {e}", folder.display()))?;
     for (name, bytes) in files {
         let path = folder.join(name.as_ref());
         write_atomically(&path, &bytes)?;
