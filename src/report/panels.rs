@@ -16,8 +16,9 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 const GRAY: RGBColor = RGBColor(130, 130, 130);
-/// Height of a line below the plots, pixels.
+/// Height of a line below the plots, and least width of a plot that has some, pixels.
 const FOOT: u32 = 14;
+const FOOT_WIDTH: u32 = 760;
 
 pub fn color_of(index: usize) -> RGBColor {
     COLORS[index % COLORS.len()]
@@ -56,7 +57,9 @@ pub fn draw(panels: &[Panel], frame: &Frame) -> Result<Option<String>, Failure> 
     }
     let columns = frame.columns.clamp(1, drawn.len());
     let rows = drawn.len().div_ceil(columns);
+    // What stands below needs the width of two.
     let size = (frame.size.0 * columns as u32, frame.size.1 * rows as u32);
+    let size = if frame.foot.is_empty() { size } else { (size.0.max(FOOT_WIDTH), size.1) };
     canvas(size, frame.foot, |root| {
         for (cell, panel) in root.split_evenly((rows, columns)).iter().zip(&drawn) {
             draw_panel(cell, panel, frame)?;
@@ -127,7 +130,12 @@ fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel, frame: &Fram
             .label(format!("slope {}", panel.guide.unwrap_or_default()))
             .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], GRAY));
     }
-    chart.configure_series_labels().border_style(RGBColor(200, 200, 200)).background_style(WHITE.mix(0.8)).draw()?;
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .border_style(RGBColor(200, 200, 200))
+        .background_style(WHITE.mix(0.8))
+        .draw()?;
     Ok(())
 }
 
