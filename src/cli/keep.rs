@@ -94,13 +94,19 @@ impl KeepArgs {
     }
 
     /// The film to go on from, if it is one of this very render.
-    pub fn film(&self, ours: &Header, notes: &mut Vec<String>) -> anyhow::Result<Option<(Film, Record)>> {
+    pub fn film(
+        &self,
+        ours: &Header,
+        adaptive: bool,
+        notes: &mut Vec<String>,
+    ) -> anyhow::Result<Option<(Film, Record)>> {
         let Some(path) = &self.resume else { return Ok(None) };
         let part = part::read(path)?;
         let (name, theirs) = (path.display(), &part.header);
+        let (with, now) = if adaptive { ("without", "it") } else { ("with", "none") };
         anyhow::ensure!(
-            theirs.record.adaptive.is_none(),
-            "{name}: its samples were placed by what they showed, which does not go on"
+            part.film.is_adaptive() == adaptive,
+            "{name}: begun {with} --adaptive, and this render has {now}; give it the same, or render anew without --resume"
         );
         let said = match theirs.identity.difference(&ours.identity) {
             None if theirs.names == ours.names => None,
@@ -124,8 +130,8 @@ impl KeepArgs {
                 notes.push(format!("{name} goes on with {what} {now} after {before}: not to the bit of one run"));
             }
         }
-        let least = u64::from(part.film.min_block_count()) * BLOCK;
-        notes.push(format!("goes on from {name} at {least} samples a pixel; its seconds are counted in"));
+        let spp = part.film.spp();
+        notes.push(format!("goes on from {name} at {spp} samples a pixel; its seconds are counted in"));
         Ok(Some((part.film, part.header.record)))
     }
 }

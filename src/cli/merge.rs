@@ -38,7 +38,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
         let first = whole.header.first_sample();
         whole.header.record.notes.push(format!("the parts begin at sample {first}: none before it is in the picture"));
     }
-    if film.min_block_count() < film.max_block_count() {
+    if !film.is_adaptive() && film.min_block_count() < film.max_block_count() {
         whole.header.record.notes.push("the last part was interrupted: some pixels have a block less".into());
     }
     let error = estimate::from_film(film);
@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     record.notes.iter().skip(notes_before).for_each(say);
     record.command = std::env::args().collect::<Vec<_>>().join(" ");
     record.film_bytes = film.bytes() as u64;
-    record.spp = u64::from(film.min_block_count()) * u64::from(steradian::film::slot::BLOCK_SAMPLES);
+    record.spp = film.spp();
     record.set_rates(film.sample_count(), film.ray_count());
     record.ledger = film.ledger().clone();
     record.peak_host_bytes = record.peak_host_bytes.max(record::peak_host_bytes());

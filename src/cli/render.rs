@@ -92,9 +92,8 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let (parts, outputs): (Vec<_>, Vec<_>) = outputs.into_iter().partition(|path| part::is_part(path));
     let keeps = args.keep.is_used() || !parts.is_empty();
     anyhow::ensure!(
-        !(args.adaptive && keeps),
-        "--adaptive: how many samples a pixel gets follows from what was seen, which no file keeps: leave out .part files, --samples, \
-         --checkpoint and --resume, or --adaptive"
+        !(args.adaptive && args.keep.samples.is_some()),
+        "--adaptive: how many samples a pixel gets follows from those before, so that no range stands alone: leave out --samples, or --adaptive"
     );
     let interrupt = Interrupt::install_for_render()?;
     let mut seconds = Stages::default();
@@ -167,9 +166,9 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let record = make_record(args, &scene.film, &settings, &begun_totals, &device, seconds, Vec::new());
     let identity = Identity::new(&scene, opened.fingerprint, &settings, &device);
     let mut header = keep::header(identity, (first_block, stops.blocks), look, names.clone(), record);
-    let (film, earlier) = args.keep.film(&header, &mut notes)?.unzip();
+    let (film, earlier) = args.keep.film(&header, args.adaptive, &mut notes)?.unzip();
     if let (Some(film), Some(wanted)) = (&film, stops.blocks)
-        && u64::from(film.min_block_count()) >= wanted
+        && film.spp() / u64::from(BLOCK_SAMPLES) >= wanted
     {
         notes.push("it has as many samples as are asked for: none is rendered".into());
     }
@@ -199,7 +198,11 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
             (totals, Pictures::Begun(pictures))
         }
         None => {
-            let mut film = film.unwrap_or_else(|| Film::over(window, source.aovs(), first_block));
+            let mut film = film.unwrap_or_else(|| {
+                let mut film = Film::over(window, source.aovs(), first_block);
+                args.adaptive.then(|| film.begin_adaptive());
+                film
+            });
             film.set_names(names.clone());
             header.record.notes = notes.clone();
             if let Some(earlier) = &earlier {
@@ -211,15 +214,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
                 keeper.iter_mut().for_each(|keeper| keeper.tick(film));
                 Ok(())
             };
-            let outcome = if args.adaptive {
-                drop(film);
-                let mut observe = |p: &render::Progress| bar.update(p);
-                let mut outcome = render::render_adaptive(source.as_mut(), window, &stops, &poll, &mut observe)?;
-                outcome.film.set_names(names.clone());
-                outcome
-            } else {
-                render::render_film(source.as_mut(), film, &stops, &poll, &mut observe)?
-            };
+            let outcome = render::render_film(source.as_mut(), film, &stops, &poll, &mut observe)?;
             (Totals::of(&outcome), Pictures::Film(Box::new(outcome)))
         }
     };

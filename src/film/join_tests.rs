@@ -84,7 +84,7 @@ fn a_stored_film_comes_back_and_goes_on() {
     for aovs in [Aovs::NONE, Aovs::usual(), all()] {
         let whole = film(WINDOW, aovs, 3..9);
         let bytes = bits(&whole);
-        let mut back = Film::restore(WINDOW, aovs, 3, &mut &bytes[..], bytes.len() as u64).unwrap();
+        let mut back = Film::restore(WINDOW, aovs, (3, false), &mut &bytes[..], bytes.len() as u64).unwrap();
         back.set_totals(whole.ray_count(), whole.ledger().clone());
         assert_eq!((bits(&back), picture(&back)), (bytes, picture(&whole)));
     }
@@ -98,7 +98,7 @@ fn a_film_that_cannot_be_is_refused() {
     let refused = |bytes: &[u8], window: Tile, first: u64| match Film::restore(
         window,
         aovs,
-        first,
+        (first, false),
         &mut &bytes[..],
         bytes.len() as u64,
     ) {

@@ -25,6 +25,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::render::adaptive::Adaptive;
 use aov::layout::{IdCounts, Layout};
 use aov::{Aovs, Names};
 use dd::Dd;
@@ -79,6 +80,8 @@ pub struct Film {
     names: Names,
     ledger: Ledger,
     ray_count: u64,
+    /// What decides over the blocks to come, where sampling is adaptive.
+    pub(crate) adaptive: Option<Box<Adaptive>>,
 }
 
 impl Film {
@@ -106,6 +109,7 @@ impl Film {
             names: Names::default(),
             ledger: Ledger::default(),
             ray_count: 0,
+            adaptive: None,
         }
     }
 
@@ -157,7 +161,7 @@ impl Film {
     }
     /// Host memory of the accumulators, bytes.
     pub fn bytes(&self) -> usize {
-        self.pixel_count() * Self::bytes_a_pixel(self.aovs)
+        self.pixel_count() * Self::bytes_a_pixel(self.aovs) + self.adaptive.as_ref().map_or(0, |a| a.bytes())
     }
     pub fn block_count(&self, pixel: usize) -> u32 {
         self.block_count[pixel]

@@ -1,7 +1,7 @@
 //! A film's accumulators as bytes: what memory holds, so that a film read back goes on to the same bits.
 //!
 //! In this order, pixel by pixel: counts of blocks (u32), sums of radiance and squares (twelve f64), sums of AOVs (f64), and for each
-//! list of ids its length (u32), then all lists' entries (two u32 each). Little endian, as every machine that Vulkan runs on.
+//! list of ids its length (u32), then all lists' entries (two u32 each); where sampling is adaptive, its state. Little endian, as every machine that Vulkan runs on.
 
 use std::io::{self, Read, Write};
 
@@ -9,6 +9,7 @@ use super::aov::Aovs;
 use super::aov::layout::{IdCounts, Layout};
 use super::slot::BLOCK_SAMPLES;
 use super::{Film, PixelSums, Tile};
+use crate::render::adaptive::Adaptive;
 
 const _: () = assert!(cfg!(target_endian = "little"), "films are stored as they are in memory");
 
@@ -40,7 +41,7 @@ impl Film {
         window.pixel_count() as u64 * a_pixel as u64
     }
 
-    /// Writes everything but window, AOVs, first block, names, ledger and rays.
+    /// Writes everything but window, AOVs, first block, names, ledger, rays, and whether sampling is adaptive.
     pub fn store(&self, out: &mut dyn Write) -> io::Result<()> {
         out.write_all(bytemuck::cast_slice(&self.block_count))?;
         out.write_all(bytemuck::cast_slice(&self.sums))?;
@@ -55,14 +56,15 @@ impl Film {
                 entries.clear();
             }
         }
-        out.write_all(bytemuck::cast_slice(&entries))
+        out.write_all(bytemuck::cast_slice(&entries))?;
+        self.adaptive.as_ref().map_or(Ok(()), |adaptive| adaptive.store(out))
     }
 
     /// Reads what `store` wrote, `bytes` of it. Nothing is taken on trust, and no more is allocated than `bytes` justify.
     pub fn restore(
         window: Tile,
         aovs: Aovs,
-        first_block: u64,
+        (first_block, is_adaptive): (u64, bool),
         input: &mut dyn Read,
         bytes: u64,
     ) -> Result<Self, ReadError> {
@@ -83,9 +85,11 @@ impl Film {
         }
         let mut lengths = vec![0u32; film.aov_ids.len()];
         input.read_exact(bytemuck::cast_slice_mut(&mut lengths))?;
-        if u128::from(fixed) + lengths.iter().map(|&n| u128::from(n)).sum::<u128>() * 8 != u128::from(bytes) {
+        let lists = u128::from(fixed) + lengths.iter().map(|&n| u128::from(n)).sum::<u128>() * 8;
+        let rest = u128::from(bytes).checked_sub(lists).filter(|rest| is_adaptive || *rest == 0);
+        let Some(rest) = rest else {
             return Err(ReadError::Content("its lists of ids are not as long as it says"));
-        }
+        };
         let lists = film.layout.ids;
         for (k, &length) in lengths.iter().enumerate() {
             let mut entries = vec![[0u32; 2]; length as usize];
@@ -95,6 +99,9 @@ impl Film {
                 return Err(ReadError::Content("its ids are not one for each sample"));
             }
             film.aov_ids[k] = IdCounts::from_entries(entries.into_iter().map(|[id, count]| (id, count)).collect());
+        }
+        if is_adaptive {
+            film.adaptive = Some(Box::new(Adaptive::restore(&film, input, rest as u64)?));
         }
         Ok(film)
     }

@@ -24,11 +24,14 @@
 //! with c(m) as large as the sum allows: monotone in m, at least half of the mean everywhere (nothing is starved, dark or not), at most
 //! eight times the mean. They depend on m and the seed and not on how a render is cut into passes, so that it can be repeated.
 //!
-//! A pixel far ahead of the floor passes later floors early: its statistics are noted when it has exactly 8, 16, ... blocks, 8 bytes each.
+//! A pixel far ahead of the floor passes later floors early: its statistics are noted when it has exactly 8, 16, ... blocks, 8 bytes each,
+//! and kept in part files (`store`).
 //!
 //! What is not covered: which m a render ends at, by `--time` or `--error`, depends on its samples as it does without this. Errors of
 //! neighbours may be correlated in the second order: each had a say in the other's count. Measured: docs/adaptive.md. Tests:
 //! render/adaptive/tests.rs.
+
+mod store;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -51,7 +54,8 @@ const REACH: usize = 2;
 const LEAST_WEIGHT: f64 = 1e-3;
 
 /// What a pixel's first blocks say: root of its mean square over the channels, and of the variance of a block's mean.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct Noted {
     mean: f32,
     deviation: f32,
@@ -64,14 +68,48 @@ pub struct Spread {
     pub most_spp: u64,
 }
 
-impl Spread {
-    pub fn of(film: &Film) -> Self {
-        let counts = || (0..film.pixel_count()).map(|pixel| u64::from(film.block_count(pixel) * BLOCK_SAMPLES));
-        Self { fewest_spp: counts().min().unwrap_or(0), most_spp: counts().max().unwrap_or(0) }
+impl Film {
+    /// Blocks to come go where the error is. The film must be empty, and begin with the first block.
+    pub fn begin_adaptive(&mut self) {
+        assert!(self.sample_count() == 0 && self.first_block() == 0, "statistics of all blocks are noted");
+        self.adaptive = Some(Box::new(Adaptive::new(self.window())));
+    }
+
+    pub fn is_adaptive(&self) -> bool {
+        self.adaptive.is_some()
+    }
+
+    /// None where all pixels are to have the same.
+    pub fn spread(&self) -> Option<Spread> {
+        let samples = |blocks: u32| u64::from(blocks) * u64::from(BLOCK_SAMPLES);
+        let (fewest, most) = (self.min_block_count(), self.max_block_count());
+        self.is_adaptive().then(|| Spread { fewest_spp: samples(fewest), most_spp: samples(most) })
+    }
+
+    /// Samples a pixel: the fewest of any, or where sampling is adaptive the mean, rounded down.
+    pub fn spp(&self) -> u64 {
+        match self.is_adaptive() {
+            true => self.sample_count() / self.pixel_count().max(1) as u64,
+            false => u64::from(self.min_block_count()) * u64::from(BLOCK_SAMPLES),
+        }
     }
 }
 
+/// Takes samples into an adaptive film until it has `mean` blocks a pixel on average: see `Adaptive::advance`.
+pub fn advance(
+    source: &mut dyn SampleSource,
+    film: &mut Film,
+    mean: u64,
+    stop: &dyn Fn() -> bool,
+) -> Result<PassStats, Error> {
+    let mut adaptive = film.adaptive.take().expect("the caller asked the film");
+    let stats = adaptive.advance(source, film, mean, stop);
+    film.adaptive = Some(adaptive);
+    stats
+}
+
 /// How many blocks each pixel of a window gets.
+#[derive(Clone, Debug)]
 pub struct Adaptive {
     width: usize,
     pixel_count: usize,
@@ -82,7 +120,7 @@ pub struct Adaptive {
     /// Counts at the epoch's beginning.
     base: Vec<u32>,
     weights: Vec<f32>,
-    /// By log2 of the number of blocks; empty where not needed or not yet.
+    /// By log2 of the number of blocks, from that of `floor` on; empty where not yet.
     noted: Vec<Vec<Noted>>,
     weigh: fn(usize, &[Noted]) -> Vec<f32>,
 }
@@ -105,6 +143,12 @@ impl Adaptive {
     /// Blocks a pixel on average.
     pub fn mean(&self) -> u64 {
         self.mean
+    }
+
+    /// Host memory.
+    pub fn bytes(&self) -> usize {
+        let noted: usize = self.noted.iter().map(Vec::len).sum();
+        size_of_val(&self.base[..]) + size_of_val(&self.weights[..]) + noted * size_of::<Noted>()
     }
 
     /// Takes samples until there are `mean` blocks a pixel on average, fewer by a few in all where they do not come out even. When
@@ -139,10 +183,12 @@ impl Adaptive {
 
     fn begin_epoch(&mut self, counts: Vec<u32>) {
         self.base = counts;
+        if self.floor > 0 {
+            self.noted[self.floor.ilog2() as usize] = Vec::new();
+        }
         self.floor = if self.floor == 0 { FIRST_FLOOR } else { 2 * self.floor };
         // All pixels have that many blocks, and it was noted when they had.
-        let noted = std::mem::take(&mut self.noted[self.floor.ilog2() as usize]);
-        self.weights = (self.weigh)(self.width, &noted);
+        self.weights = (self.weigh)(self.width, &self.noted[self.floor.ilog2() as usize]);
     }
 
     /// Blocks of each pixel at `mean` blocks on average, within the epoch.

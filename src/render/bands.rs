@@ -35,14 +35,13 @@ pub struct Totals {
 
 impl Totals {
     pub fn of(outcome: &Outcome) -> Self {
-        let spread = outcome.is_adaptive.then(|| Spread::of(&outcome.film));
-        Self { spread, ..Self::of_film(&outcome.film, outcome.error, outcome.trace_s, outcome.stopped_by) }
+        Self::of_film(&outcome.film, outcome.error, outcome.trace_s, outcome.stopped_by)
     }
 
     /// Of a film that is traced for `trace_s` seconds so far.
     pub fn of_film(film: &Film, error: Option<FilmError>, trace_s: f64, stopped_by: StoppedBy) -> Self {
         Self {
-            spread: None,
+            spread: film.spread(),
             samples: film.sample_count(),
             rays: film.ray_count(),
             ledger: film.ledger().clone(),

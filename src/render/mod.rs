@@ -14,8 +14,6 @@ mod level;
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
-use adaptive::Adaptive;
-
 use crate::error::Error;
 use crate::film::slot::BLOCK_SAMPLES;
 use crate::film::source::SampleSource;
@@ -101,8 +99,6 @@ pub struct Outcome {
     pub trace_s: f64,
     pub rays: u64,
     pub error: Option<FilmError>,
-    /// Pixels have numbers of samples of their own.
-    pub is_adaptive: bool,
 }
 
 /// Renders all of the source's image until a stop: see `render_window`.
@@ -132,25 +128,9 @@ pub fn render_window(
     })
 }
 
-/// The same with more samples where the error is; `Stops::blocks` are those of a pixel on average.
-pub fn render_adaptive(
-    source: &mut dyn SampleSource,
-    window: Tile,
-    stops: &Stops,
-    interrupted: &dyn Fn() -> bool,
-    observe: &mut dyn FnMut(&Progress),
-) -> Result<Outcome, Error> {
-    Film::check_memory(window.width, window.height, source.aovs())?;
-    let film = Film::over(window, source.aovs(), 0);
-    let mut observe = |progress: &Progress, _: &Film| {
-        observe(progress);
-        Ok(())
-    };
-    render_by(&Instant::now, source, film, Some(Adaptive::new(window)), stops, interrupted, &mut observe)
-}
-
 /// Adds blocks to `film`, which may have some already, until a stop: of its blocks together, and of the time since `stops.started`.
-/// A film whose pixels differ in blocks, as an interrupt leaves it, is made level first. `interrupted` is polled between blocks;
+/// A film whose pixels differ in blocks, as an interrupt leaves it, is made level first. Where sampling is adaptive
+/// (`Film::begin_adaptive`), blocks are those of a pixel on average. `interrupted` is polled between blocks;
 /// `observe` is called after each pass with the film as it is then, and its error ends the render.
 pub fn render_film(
     source: &mut dyn SampleSource,
@@ -159,24 +139,23 @@ pub fn render_film(
     interrupted: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Progress, &Film) -> Result<(), Error>,
 ) -> Result<Outcome, Error> {
-    render_by(&Instant::now, source, film, None, stops, interrupted, observe)
+    render_by(&Instant::now, source, film, stops, interrupted, observe)
 }
 
-/// `render_film` or `render_adaptive` by a clock, which tests set.
+/// `render_film` by a clock, which tests set.
 fn render_by(
     now: &dyn Fn() -> Instant,
     source: &mut dyn SampleSource,
     mut film: Film,
-    mut adaptive: Option<Adaptive>,
     stops: &Stops,
     interrupted: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Progress, &Film) -> Result<(), Error>,
 ) -> Result<Outcome, Error> {
     let since = |then: Instant| now().duration_since(then).as_secs_f64();
     let begun = now();
-    let mut rays = level::level(source, &mut film, interrupted)?;
+    let mut rays = if film.is_adaptive() { 0 } else { level::level(source, &mut film, interrupted)? };
     let first = film.first_block();
-    let mut done = film.min_block_count() as u64;
+    let mut done = blocks_done(&film);
     let mut pace = Pace::default();
     let deadline = Deadline::new(now, stops);
     let mut next_estimate_s = 0.0;
@@ -208,16 +187,15 @@ fn render_by(
         deadline.begin_pass();
         // The first block is taken whatever the clock says.
         let stop = || interrupted() || (deadline.tile_ended() && done > 0);
-        let pass = match &mut adaptive {
-            None => source.render_blocks(first + done..first + done + count, &mut film, &stop),
-            Some(adaptive) => adaptive.advance(source, &mut film, done + count, &stop),
+        let pass = match film.is_adaptive() {
+            true => adaptive::advance(source, &mut film, done + count, &stop),
+            false => source.render_blocks(first + done..first + done + count, &mut film, &stop),
         };
         rays += pass?.rays;
         // Not every source asks after its last tile.
         deadline.tile_ended();
         pace.learn(count, since(pass_begun));
-        // A source that was stopped may have left out blocks; the film knows what there is.
-        done = adaptive.as_ref().map_or(u64::from(film.min_block_count()), Adaptive::mean);
+        done = blocks_done(&film);
         let trace_s = since(begun);
         let is_near = blocks_to_error(stops, error, estimated_at, done) <= count;
         if trace_s >= next_estimate_s || is_near {
@@ -237,7 +215,12 @@ fn render_by(
     };
     let trace_s = since(begun);
     let error = estimate::from_film(&film);
-    Ok(Outcome { film, stopped_by, trace_s, rays, error, is_adaptive: adaptive.is_some() })
+    Ok(Outcome { film, stopped_by, trace_s, rays, error })
+}
+
+/// A source that was stopped may have left out blocks; the film knows what there is.
+fn blocks_done(film: &Film) -> u64 {
+    film.adaptive.as_ref().map_or(u64::from(film.min_block_count()), |adaptive| adaptive.mean())
 }
 
 /// Blocks after which the error should be the wanted one, falling as one over the samples; at least 1. No limit when none is wanted.

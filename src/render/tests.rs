@@ -147,7 +147,7 @@ fn time_is_kept_without_overrun() {
         let mut source = Exponential { block_s, clock: clock.clone(), ..Exponential::new((2, 2), 1) };
         let stops = Stops { started: clock.start, ..stops(None, Some(time_s)) };
         let film = Film::new(2, 2, source.aovs(), 0);
-        let outcome = render_by(&|| clock.now(), &mut source, film, None, &stops, &never, &mut |_, _| Ok(())).unwrap();
+        let outcome = render_by(&|| clock.now(), &mut source, film, &stops, &never, &mut |_, _| Ok(())).unwrap();
         assert_eq!(outcome.stopped_by, StoppedBy::Time);
         let blocks = outcome.film.min_block_count() as f64;
         assert!((outcome.trace_s - blocks * block_s).abs() < 1e-6, "{} s for {blocks} blocks", outcome.trace_s);

@@ -35,3 +35,39 @@ fn adaptive_sampling_keeps_the_mean() {
         refuses(&[&["render", &cornell, "--adaptive"][..], flag].concat(), &["--adaptive", flag[0]]);
     }
 }
+
+/// A checkpoint keeps the allocation: what goes on from it is one run, bit for bit. Ranges of samples are refused, and a file that was
+/// begun the other way.
+#[test]
+fn an_adaptive_render_goes_on() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name).display().to_string();
+    let cornell = scene("cornell.toml").display().to_string();
+    let begin = ["render", &cornell, "--device", "cpu", "--size", "16x12"];
+    let render = |more: &[&str]| {
+        let ran = run(&[&begin[..], more].concat());
+        assert_eq!(ran.code, 0, "{more:?}: {}", ran.stderr);
+        ran.stderr
+    };
+    render(&["--adaptive", "--spp", "400", "-o", &path("one.exr")]);
+    render(&["--adaptive", "--spp", "144", "--checkpoint", &path("a.part"), "-o", &path("a.png")]);
+    let said = render(&["--adaptive", "--resume", &path("a.part"), "--spp", "400", "-o", &path("b.exr")]);
+    assert!(said.contains("a.part at 14"), "{said}");
+    let read = |name: &str| {
+        let layers = ["R", "samples", "variance.R"];
+        steradian::output::exr::read_channels(path(name).as_ref(), layers).unwrap().unwrap()
+    };
+    assert!(read("one.exr") == read("b.exr"), "the pictures differ");
+    let refused = |more: &[&str], words: &[&str]| {
+        let ran = run(&[&begin[..], more].concat());
+        assert_eq!(ran.code, 2, "{more:?}: {}", ran.stderr);
+        words.iter().for_each(|word| assert!(ran.stderr.contains(word), "\"{word}\" is missing: {}", ran.stderr));
+    };
+    refused(&["--adaptive", "--samples", "0..64", "-o", &path("c.part")], &["--adaptive", "--samples"]);
+    refused(&["--resume", &path("a.part"), "--spp", "500", "-o", &path("c.png")], &["a.part", "begun with --adaptive"]);
+    render(&["--spp", "32", "--checkpoint", &path("d.part"), "-o", &path("d.png")]);
+    refused(
+        &["--adaptive", "--resume", &path("d.part"), "-o", &path("c.png")],
+        &["d.part", "begun without --adaptive"],
+    );
+}

@@ -113,7 +113,7 @@ pub fn write(path: &Path, header: &Header, film: &Film) -> Result<(), Error> {
     (header.window, header.first_block, header.names) = (film.window(), film.first_block(), film.names().clone());
     let record = &mut header.record;
     (record.samples, record.rays, record.ledger) = (film.sample_count(), film.ray_count(), film.ledger().clone());
-    record.spp = u64::from(film.min_block_count()) * u64::from(BLOCK_SAMPLES);
+    (record.spp, record.adaptive) = (film.spp(), film.spread());
     // Estimates are made again from the film; some are infinite, which JSON cannot say.
     (record.relmse_est, record.relmse_est_exposure, record.relmse_est_trimmed) = (None, None, None);
     let json = serde_json::to_string(&header).map_err(|e| Error::file(path, format!("cannot write: {e}")))?;
@@ -141,7 +141,13 @@ pub fn read(path: &Path) -> Result<Part, Error> {
     let Reader { mut input, header, film_bytes } = Reader::open(path)?;
     let aovs = header.aovs().expect("the reader has parsed it");
     Film::check_memory(header.window.width, header.window.height, aovs)?;
-    let film = Film::restore(header.window, aovs, header.first_block, &mut input, film_bytes);
+    let film = Film::restore(
+        header.window,
+        aovs,
+        (header.first_block, header.record.adaptive.is_some()),
+        &mut input,
+        film_bytes,
+    );
     let mut film = film.map_err(|e| match e {
         ReadError::Io(e) => Error::io("read", path, e),
         ReadError::Content(what) => Error::file(path, format!("not a part file that this program writes: {what}")),

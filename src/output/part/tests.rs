@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::film::noise::{bits, film};
-use crate::render::adaptive::Spread;
 
 const WINDOW: Tile = Tile { x: 1, y: 0, width: 5, height: 4 };
 
@@ -170,10 +169,12 @@ fn merging_adds_in_order_and_refuses_what_does_not_fit() {
     refused(&[&a, &change(&|h| h.identity.scene = "f01".into())], &["/d: its scene", "not that of"]);
     refused(&[&a, &change(&|h| h.identity.program = "steradian 9".into())], &["its version is steradian 9"]);
     refused(&[&a, &change(&|h| h.identity.device_family = "gpu X".into())], &["its device is gpu X", "is cpu"]);
-    refused(
-        &[&a, &change(&|h| h.record.adaptive = Some(Spread { fewest_spp: 16, most_spp: 32 }))],
-        &["placed by what they showed"],
-    );
+    let mut placed = Film::over(WINDOW, whole.header.aovs().unwrap(), 0);
+    placed.set_names(whole.film.names().clone());
+    placed.begin_adaptive();
+    let placed_path = dir.path().join("placed");
+    write(&placed_path, &header(1), &placed).unwrap();
+    refused(&[&a, &placed_path], &["placed by what they showed"]);
     let kernel = merge(&[a, change(&|h| h.record.kernel_hash = "l".into())]).unwrap();
     assert!(kernel.header.record.notes[0].contains("kernel k and kernel l"), "{:?}", kernel.header.record.notes);
 }

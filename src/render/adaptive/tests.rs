@@ -8,6 +8,7 @@ use super::*;
 use crate::film::aov::Aovs;
 use crate::film::slot::{BLOCK_SAMPLES, SlotRecord};
 use crate::film::source::DeviceInfo;
+use crate::film::store::ReadError;
 use crate::metric::stats::{Moments, normal_quantile, sidak};
 use crate::prepare::records::NONE;
 
@@ -235,5 +236,72 @@ fn weights_are_finite() {
     for noted in [noted(0.0, 0.0), noted(1e30, 1e30), noted(f32::INFINITY, f32::INFINITY), noted(1e-30, 1e-30)] {
         let weights = weigh(4, &noted);
         assert!(weights.iter().all(|w| w.is_finite() && *w > 0.0), "{weights:?}");
+    }
+}
+
+/// Stopped after any span, stored and read again, over and over: the film that goes on is that of one run.
+#[test]
+fn a_stored_render_goes_on_to_the_bits_of_one_run() {
+    let one = film(&mut Tails::new((12, 8), 4), weigh, &[90]);
+    for every in [1, 7, 60, 500] {
+        let mut source = Tails::new((12, 8), 4);
+        let mut film = Film::new(12, 8, Aovs::NONE, 0);
+        film.begin_adaptive();
+        let mut stopped = 0;
+        while film.adaptive.as_ref().unwrap().mean() < 90 {
+            let polls = Cell::new(0);
+            let interrupted = || {
+                polls.set(polls.get() + 1);
+                polls.get() > every
+            };
+            advance(&mut source, &mut film, 90, &interrupted).unwrap();
+            film = stored(&film).unwrap();
+            stopped += 1;
+        }
+        assert!(stopped > 1, "{every}");
+        assert_eq!((counts(&film), film.mean_f32()), (counts(&one), one.mean_f32()), "stopped every {every} spans");
+        assert_eq!(film.spp(), one.sample_count() / 96);
+    }
+}
+
+/// A film through its bytes.
+fn stored(film: &Film) -> Result<Film, ReadError> {
+    let mut bytes = Vec::new();
+    film.store(&mut bytes).unwrap();
+    restored(film, &bytes)
+}
+
+fn restored(film: &Film, bytes: &[u8]) -> Result<Film, ReadError> {
+    Film::restore(film.window(), Aovs::NONE, (0, true), &mut &bytes[..], bytes.len() as u64)
+}
+
+/// Bytes of the state that cannot be are refused; any that can give a film that goes on.
+#[test]
+fn a_state_is_not_taken_on_trust() {
+    let mut source = Tails::new((6, 5), 8);
+    let mut film = Film::new(6, 5, Aovs::NONE, 0);
+    film.begin_adaptive();
+    advance(&mut source, &mut film, 40, &never).unwrap();
+    let mut bytes = Vec::new();
+    film.store(&mut bytes).unwrap();
+    let state = Film::stored_bytes(film.window(), Aovs::NONE) as usize;
+    let refused = |bytes: &[u8]| match restored(&film, bytes) {
+        Err(ReadError::Content(what)) => assert!(what.contains("adaptive"), "{what}"),
+        other => panic!("{:?}", other.map(|film| film.spp())),
+    };
+    refused(&bytes[..state]);
+    refused(&bytes[..bytes.len() - 8]);
+    // Mean, floor, what is noted: too large, no power of two, not what the counts say.
+    for (at, value) in [(0, u64::MAX), (8, 0), (8, 3), (8, 64), (8, 1 << 40), (16, 0), (16, u64::MAX), (16, 8)] {
+        let mut bytes = bytes.clone();
+        bytes[state + at..state + at + 8].copy_from_slice(&value.to_le_bytes());
+        refused(&bytes);
+    }
+    for at in (state + 24..bytes.len()).step_by(3) {
+        let mut bytes = bytes.clone();
+        bytes[at] ^= 0xff;
+        if let Ok(mut film) = restored(&film, &bytes) {
+            advance(&mut source, &mut film, 70, &never).unwrap();
+        }
     }
 }

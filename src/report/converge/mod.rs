@@ -24,7 +24,7 @@ use crate::film::source::{DeviceInfo, SampleSource};
 use crate::metric::error::{self, Errors};
 use crate::metric::estimate::{self, FilmError};
 use crate::output::image::Picture;
-use crate::render::adaptive::Adaptive;
+use crate::render::adaptive;
 use reference::Reference;
 
 /// What is asked of `run`.
@@ -133,7 +133,9 @@ fn one_run(
     let setup_s = begun.elapsed().as_secs_f64();
     let (width, height) = source.resolution();
     let mut film = Film::new(width, height, source.aovs(), 0);
-    let mut adaptive = study.plan.variants[variant].adaptive.then(|| Adaptive::new(film.window()));
+    if study.plan.variants[variant].adaptive {
+        film.begin_adaptive();
+    }
     let mut run = Run { variant, repeat, seed, setup_s, snapshots: Vec::new() };
     let (mut done, mut clock, mut seconds_a_block) = (0u64, setup_s, 0.0);
     // The first level always runs; then doublings that fit, then what is left of the budget. The first pass may hold the driver's
@@ -150,9 +152,9 @@ fn one_run(
         }
         let is_level = count == done.max(1);
         let pass = Instant::now();
-        match &mut adaptive {
-            None => source.render_blocks(done..done + count, &mut film, &|| false)?,
-            Some(adaptive) => adaptive.advance(source.as_mut(), &mut film, done + count, &|| false)?,
+        match film.is_adaptive() {
+            true => adaptive::advance(source.as_mut(), &mut film, done + count, &|| false)?,
+            false => source.render_blocks(done..done + count, &mut film, &|| false)?,
         };
         let pass_s = pass.elapsed().as_secs_f64();
         (clock, done, seconds_a_block) = (clock + pass_s, done + count, pass_s / count as f64);
