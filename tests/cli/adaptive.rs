@@ -50,7 +50,7 @@ fn an_adaptive_render_goes_on() {
         ran.stderr
     };
     render(&["--adaptive", "--spp", "400", "-o", &path("one.exr")]);
-    render(&["--adaptive", "--spp", "144", "--checkpoint", &path("a.part"), "-o", &path("a.png")]);
+    render(&["--adaptive", "--spp", "144", "--checkpoint", &path("a.part"), "-o", &path("a.exr")]);
     let said = render(&["--adaptive", "--resume", &path("a.part"), "--spp", "400", "-o", &path("b.exr")]);
     assert!(said.contains("a.part at 14"), "{said}");
     let read = |name: &str| {
