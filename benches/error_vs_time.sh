@@ -39,7 +39,8 @@ plot() {
     ./x converge "${scenes[@]}" --height 128 --variants mis,mis+independent,bsdf,light \
         --budget "${BUDGET:-5}" --repeats "${REPEATS:-5}" -o "$out"
     cp "$out"/{overview.svg,runs.csv,summary.json,table.md,veach-equal-time.png} "$docs"
-    splice README.md error-vs-time "$docs/table.md"
+    sed "s#(runs.csv)#($docs/runs.csv)#" "$docs/table.md" >"$out/table-of-readme.md"
+    splice README.md error-vs-time "$out/table-of-readme.md"
     splice "$docs/README.md" error-vs-time "$docs/table.md"
 }
 

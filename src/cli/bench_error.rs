@@ -158,7 +158,8 @@ fn run_exponents(args: &Args, device: &Device) -> anyhow::Result<bool> {
         }
     }
     let seeds = format!("1 to {}", 4 * groups);
-    publish(args, "exponents", (&info, &seeds), &exponents::markdown(&rows), &exponents::csv(&rows))?;
+    let table = format!("![relMSE against samples](exponents.svg)\n\n{}", exponents::markdown(&rows));
+    publish(args, "exponents", (&info, &seeds), &table, &exponents::csv(&rows))?;
     if let Some(folder) = &args.output {
         let path = folder.join("exponents.svg");
         let foot = Provenance::here().lines(&info, &seeds, "exponents.csv");
