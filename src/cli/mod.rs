@@ -36,7 +36,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Renders a scene (.toml, .gltf, .glb, .obj, .ply) to images
-    Render(render::Args),
+    Render(Box<render::Args>),
     /// Lists the devices that can render
     Devices(devices::Args),
     /// Says what a scene needs, what its kernel leaves out, and what that saved

@@ -200,7 +200,9 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
         None => {
             let mut film = film.unwrap_or_else(|| {
                 let mut film = Film::over(window, source.aovs(), first_block);
-                args.adaptive.then(|| film.begin_adaptive());
+                if args.adaptive {
+                    film.begin_adaptive();
+                }
                 film
             });
             film.set_names(names.clone());
