@@ -60,15 +60,20 @@ pub fn from_film(film: &Film) -> Option<FilmError> {
     let of_mean = (EPSILON_OF_MEAN * image_mean).powi(2);
     let epsilon_exposure = if of_mean > 0.0 { of_mean } else { EPSILON };
     let dof: Vec<f64> = (0..film.pixel_count()).map(|pixel| f64::from(film.block_count(pixel)) - 1.0).collect();
-    let scales = scales(film);
-    let mut terms: Vec<f64> = pixel_terms(film, &scales, EPSILON);
+    let known: Vec<Known> =
+        (0..film.pixel_count()).into_par_iter().map(|p| (film.mean(p), film.variance_of_mean(p))).collect();
+    let scales = scales(film, &known);
+    let mut terms: Vec<f64> = pixel_terms(&known, &scales, EPSILON);
     let relmse = with_interval(&terms, &dof);
-    let relmse_exposure = with_interval(&pixel_terms(film, &scales, epsilon_exposure), &dof);
+    let relmse_exposure = with_interval(&pixel_terms(&known, &scales, epsilon_exposure), &dof);
     let effective_pixels = terms.iter().sum::<f64>().powi(2) / terms.iter().map(|e| e * e).sum::<f64>().max(1e-300);
-    let effective_blocks = effective_blocks(film, &terms);
-    terms.sort_by(f64::total_cmp);
+    let effective_blocks = effective_blocks(&known, &terms, &dof);
     let total: f64 = terms.iter().sum();
-    terms.truncate(terms.len() - trimmed_count(terms.len()));
+    let kept = terms.len() - trimmed_count(terms.len());
+    if kept < terms.len() {
+        terms.select_nth_unstable_by(kept, f64::total_cmp);
+    }
+    terms.truncate(kept);
     let kept: f64 = terms.iter().sum();
     Some(FilmError {
         relmse,
@@ -93,28 +98,27 @@ pub fn joined(parts: &[(usize, Estimate)]) -> Option<Estimate> {
     Some(Estimate { value, low: (value - half_width).max(0.0), high: value + half_width })
 }
 
+/// Mean of a pixel and the variance of that.
+type Known = ([f64; 3], [f64; 3]);
+
 /// Each pixel's var / (r^2 + eps), averaged over its channels.
-fn pixel_terms(film: &Film, scales: &[[f64; 3]], epsilon: f64) -> Vec<f64> {
-    let term = |pixel: usize| {
-        let variance = film.variance_of_mean(pixel);
-        let r = scales[pixel];
+fn pixel_terms(known: &[Known], scales: &[[f64; 3]], epsilon: f64) -> Vec<f64> {
+    let term = |((_, variance), r): (&Known, &[f64; 3])| {
         (0..3).map(|c| variance[c] / (r[c] * r[c] + epsilon)).sum::<f64>() / 3.0
     };
-    (0..film.pixel_count()).into_par_iter().map(term).collect()
+    known.par_iter().zip(scales).map(term).collect()
 }
 
 /// See `FilmError::effective_blocks`. With the relative variance v of a mean of n blocks, (sum b)^2 / sum b^2 is n / (1 + (n-1) v).
-fn effective_blocks(film: &Film, terms: &[f64]) -> f64 {
-    let share = |pixel: usize| {
-        let n = f64::from(film.block_count(pixel));
-        let (mean, variance) = (film.mean(pixel), film.variance_of_mean(pixel));
+fn effective_blocks(known: &[Known], terms: &[f64], dof: &[f64]) -> f64 {
+    let mut weighted = 0.0;
+    for (((mean, variance), term), nu) in known.iter().zip(terms).zip(dof) {
         let of_channel = |c: usize| {
             let relative = variance[c] / (mean[c] * mean[c]);
-            if relative.is_finite() { 1.0 / (1.0 + (n - 1.0) * relative) } else { 1.0 }
+            if relative.is_finite() { 1.0 / (1.0 + nu * relative) } else { 1.0 }
         };
-        (0..3).map(of_channel).sum::<f64>() / 3.0
-    };
-    let weighted: f64 = (0..terms.len()).into_par_iter().map(|pixel| terms[pixel] * share(pixel)).sum();
+        weighted += term * (0..3).map(of_channel).sum::<f64>() / 3.0;
+    }
     let total: f64 = terms.iter().sum();
     if total > 0.0 { weighted / total } else { 1.0 }
 }
@@ -124,10 +128,8 @@ fn effective_blocks(film: &Film, terms: &[f64]) -> f64 {
 /// the error it causes; its weight is 1 - v with the relative variance v of its mean, which is 1 where a single block holds all. Across an
 /// edge neighbours say nothing: without the test, a lamp's rim was divided by the dark beside it, and the estimate was hundreds
 /// of times the truth. Means and variances of a pixel rise together, so that its own mean alone makes var/r^2 a tenth too small.
-fn scales(film: &Film) -> Vec<[f64; 3]> {
+fn scales(film: &Film, known: &[Known]) -> Vec<[f64; 3]> {
     let (width, height) = (film.width() as usize, film.height() as usize);
-    let known: Vec<([f64; 3], [f64; 3])> =
-        (0..film.pixel_count()).into_par_iter().map(|p| (film.mean(p), film.variance_of_mean(p))).collect();
     let scale = |pixel: usize| -> [f64; 3] {
         let (mean, variance) = known[pixel];
         let (x, y) = (pixel % width, pixel / width);

@@ -26,6 +26,8 @@ const BUDGET_SHARE: f64 = 0.1;
 const LAST_BUDGET_S: f64 = 4.0;
 /// The error is estimated again when this much more time has passed since it was last: it costs a walk over the film.
 const ESTIMATE_GROWTH: f64 = 1.3;
+/// And takes at most this share of the time.
+const ESTIMATE_SHARE: f64 = 0.02;
 /// No render stops on its error before this many blocks: with fewer a pixel's variance is a guess, and what is rare was not yet met.
 const ERROR_MIN_BLOCKS: u64 = 4;
 
@@ -201,7 +203,8 @@ fn render_by(
         if trace_s >= next_estimate_s || is_near {
             error = estimate::from_film(&film).or(error);
             estimated_at = done;
-            next_estimate_s = trace_s * ESTIMATE_GROWTH;
+            let took_s = since(begun) - trace_s;
+            next_estimate_s = (trace_s * ESTIMATE_GROWTH).max(trace_s + took_s / ESTIMATE_SHARE);
         }
         let progress = Progress {
             blocks_done: done,
