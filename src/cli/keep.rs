@@ -8,7 +8,7 @@ use steradian::film::Film;
 use steradian::film::slot::BLOCK_SAMPLES;
 use steradian::film::store::MAX_BLOCKS;
 use steradian::output;
-use steradian::output::part::{self, Difference, Header, Identity};
+use steradian::output::part::{self, Difference, Header};
 use steradian::output::record::{self, Record};
 
 use super::files::place;
@@ -108,9 +108,9 @@ impl KeepArgs {
             part.film.is_adaptive() == adaptive,
             "{name}: begun {with} --adaptive, and this render has {now}; give it the same, or render anew without --resume"
         );
-        let said = match theirs.identity.difference(&ours.identity) {
-            None if theirs.names == ours.names => None,
-            None | Some(Difference::Scene) => Some(format!(
+        let said = match theirs.difference(ours) {
+            None => None,
+            Some(Difference::Scene) => Some(format!(
                 "begun with {}, which is not the scene that {} is now",
                 theirs.record.scene, ours.record.scene
             )),
@@ -182,17 +182,6 @@ impl Keeper {
         }
         self.last = Instant::now();
     }
-}
-
-/// What a file of this render says before its first samples. `record` holds what is known by then.
-pub fn header(
-    identity: Identity,
-    film: (u64, Option<u64>),
-    look: output::look::Look,
-    names: steradian::film::aov::Names,
-    record: Record,
-) -> Header {
-    Header { identity, window: Default::default(), first_block: film.0, wanted_blocks: film.1, look, names, record }
 }
 
 /// `A..B` in whole blocks of 16, A below B.

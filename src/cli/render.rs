@@ -165,7 +165,8 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     let begun_totals = Totals::of_film(&Film::new(0, 0, aovs, 0), None, 0.0, StoppedBy::Interrupt);
     let record = make_record(args, &scene.film, &settings, &begun_totals, &device, seconds, Vec::new());
     let identity = Identity::new(&scene, opened.fingerprint, &settings, &device);
-    let mut header = keep::header(identity, (first_block, stops.blocks), look, names.clone(), record);
+    let mut header =
+        Header { identity, window, first_block, wanted_blocks: stops.blocks, look, names: names.clone(), record };
     let (film, earlier) = args.keep.film(&header, args.adaptive, &mut notes)?.unzip();
     if let (Some(film), Some(wanted)) = (&film, stops.blocks)
         && film.spp() / u64::from(BLOCK_SAMPLES) >= wanted

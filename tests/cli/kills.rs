@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use super::resume::{devices, layers};
 use super::scene;
 
-const SPP: &str = "512";
+const SPP: &str = "256";
 
 struct Case<'a> {
     folder: &'a Path,

@@ -38,9 +38,9 @@ pub fn merge(paths: &[PathBuf]) -> Result<Part, Error> {
 
 fn same_render((first, ours): &(&Path, Header), (path, theirs): &(&Path, Header)) -> Result<(), Error> {
     let first = first.display();
-    let said = match ours.identity.difference(&theirs.identity) {
-        None if ours.names == theirs.names => return Ok(()),
-        None | Some(Difference::Scene) => format!("its scene ({}) is not that of {first}", theirs.record.scene),
+    let said = match ours.difference(theirs) {
+        None => return Ok(()),
+        Some(Difference::Scene) => format!("its scene ({}) is not that of {first}", theirs.record.scene),
         Some(Difference::Value { what, ours, theirs }) => {
             format!("its {what} is {theirs}, and that of {first} is {ours}")
         }

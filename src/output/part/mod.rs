@@ -34,6 +34,8 @@ const VERSION: u64 = 1;
 /// Magic, version, length of the header.
 const HEAD_BYTES: u64 = 24;
 const SEAL_BYTES: u64 = 16;
+/// A render may be asked for more blocks than a film can hold.
+const MAX_WANTED: u64 = 1 << 32;
 /// No counter is larger; sums of some parts' counters fit into 64 bits then.
 const MAX_COUNT: u64 = 1 << 56;
 
@@ -79,6 +81,15 @@ impl Header {
         self.first_block * u64::from(BLOCK_SAMPLES)
     }
 
+    /// Why the films of the two cannot be of one render.
+    pub fn difference(&self, other: &Self) -> Option<Difference> {
+        let place = |w: &Tile| format!("{}x{} at {},{}", w.width, w.height, w.x, w.y);
+        let (ours, theirs) = (place(&self.window), place(&other.window));
+        (self.identity.difference(&other.identity))
+            .or_else(|| (self.names != other.names).then_some(Difference::Scene))
+            .or_else(|| (ours != theirs).then_some(Difference::Value { what: "window".into(), ours, theirs }))
+    }
+
     /// Why it cannot be right.
     fn fault(&self) -> Option<&'static str> {
         let record = &self.record;
@@ -99,7 +110,9 @@ impl Header {
             () if !is_image || !self.window.is_inside(record.width, record.height) => {
                 Some("its window does not lie in its image")
             }
-            () if self.first_block > MAX_BLOCKS => Some("it begins at a sample beyond 2^32"),
+            () if self.first_block > MAX_BLOCKS || self.wanted_blocks.is_some_and(|n| n > MAX_WANTED) => {
+                Some("it begins or ends at a sample beyond 2^32")
+            }
             () if self.aovs().is_none() => Some("it names AOVs that this program does not know"),
             () if counts.iter().any(|&n| n > MAX_COUNT) => Some("one of its counts is more than any render's"),
             () => None,

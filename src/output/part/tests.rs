@@ -123,6 +123,7 @@ fn a_lying_header_is_refused() {
         ("\"width\":5", "\"width\":50000", "window"),
         ("\"width\":6,\"height\":4", "\"width\":65536,\"height\":65536", ""),
         ("\"first_block\":0", "\"first_block\":99999999999", "2^32"),
+        ("\"wanted_blocks\":8", "\"wanted_blocks\":99999999999", "2^32"),
         ("albedo,object", "albedo,subject", "AOVs"),
         ("albedo,object", "albedo,normal,object", "lists of ids"),
         ("\"nan\":", "\"nan\":9999999999999999", "counts"),
