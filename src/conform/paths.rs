@@ -1,5 +1,7 @@
 //! The rows of gates 6, 7 and 8: which scenes, which estimators, how many samples.
 
+use rayon::prelude::*;
+
 use super::report::{Gate, GateRow, Verdict, is_wanted};
 use super::subject::Subject;
 use super::{aov, camera, cosine, film, images, ledger, models, replay, superposition};
@@ -26,10 +28,10 @@ const MODELS: [&str; 3] = [
     "gltf/NormalTangentTest/NormalTangentTest.glb",
 ];
 
-type Run<'a> = Box<dyn Fn(&Subject) -> Result<GateRow, Error> + 'a>;
+type Run<'a> = Box<dyn Fn(&Subject) -> Result<GateRow, Error> + Send + Sync + 'a>;
 
 /// Runs the rows that `filter` names; each is given to `seen` when it is done.
-pub fn rows(subject: &Subject, filter: &str, scale: Scale, seen: &dyn Fn(&GateRow)) -> Vec<GateRow> {
+pub fn rows(subject: &Subject, filter: &str, scale: Scale, seen: &(dyn Fn(&GateRow) + Sync)) -> Vec<GateRow> {
     let scenes = scenes::all(scale.size);
     let (mut models, missing) = some_models(scale.size);
     models.push(scenes::mipmapped(scale.size));
@@ -101,8 +103,11 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale, seen: &dyn Fn(&GateRo
         seen(&row);
         row
     };
-    let mut rows: Vec<GateRow> =
-        list.into_iter().filter(|(gate, name, _)| is_wanted(*gate, name, filter)).map(run).collect();
+    list.retain(|(gate, name, _)| is_wanted(*gate, name, filter));
+    // Gate 8 is compilers at work, each on one core: several rows at a time.
+    let (of_kernels, others): (Vec<_>, Vec<_>) = list.into_iter().partition(|(gate, ..)| *gate == Gate::Specialised);
+    let mut rows: Vec<GateRow> = others.into_iter().map(run).collect();
+    rows.par_extend(of_kernels.into_par_iter().map(run));
     for (file, fault) in missing {
         let name = format!("image {file}");
         if is_wanted(Gate::Images, &name, filter) {

@@ -19,7 +19,9 @@
 //! Within such an epoch the counts for m blocks a pixel on average are, for weight w, a fixed offset u in [0, 1) that rounds fairly, and
 //! the count at the epoch's beginning,
 //!
-//!     n_p(m) = max(n_p(begin), m/2, min(floor(c(m) w_p + u_p), 16 m/2)),
+//! ```text
+//! n_p(m) = max(n_p(begin), m/2, min(floor(c(m) w_p + u_p), 16 m/2)),
+//! ```
 //!
 //! with c(m) as large as the sum allows: monotone in m, at least half of the mean everywhere (nothing is starved, dark or not), at most
 //! eight times the mean. They depend on m and the seed and not on how a render is cut into passes, so that it can be repeated.
