@@ -47,8 +47,7 @@ enum Command {
     Converge(converge::Args),
     /// Measures rates on generated scenes; JSON lines
     Bench(bench::Args),
-    /// Makes the generated files of the repository's scenes again
-    #[command(hide = true)]
+    /// Makes the generated scenes again: the showcase, the peers', a million stones; and the contact sheet of models
     Generate(generate::Args),
     /// Reads the scene's sensors: value, interval, unit
     Measure(measure::Args),
