@@ -16,15 +16,18 @@
 //! - up to 4 blocks a pixel all have the same (floor 4);
 //! - at 4 floors a pixel on average, every pixel has 2 floors at least: these become the new floor, and the weights are made anew.
 //!
-//! Within such an epoch the counts for m blocks a pixel on average are, for weight w, a fixed offset u in [0, 1) that rounds fairly, and
-//! the count at the epoch's beginning,
+//! Within such an epoch a pixel has a share s_p of the mean: its weight times a factor of its colour, and no more than 8. The counts for m
+//! blocks a pixel on average are, for a fixed offset u_p in [0, 1) that rounds fairly, and the count at the epoch's beginning,
 //!
 //! ```text
-//! n_p(m) = max(n_p(begin), m/2, min(floor(c(m) w_p + u_p), 16 m/2)),
+//! n_p(m) = max(n_p(begin), floor(max(m/2, t(m) s_p) + u_p)),    t(m) <= m
 //! ```
 //!
-//! with c(m) as large as the sum allows: monotone in m, at least half of the mean everywhere (nothing is starved, dark or not), at most
-//! eight times the mean. They depend on m and the seed and not on how a render is cut into passes, so that it can be repeated.
+//! with t(m) as large as the sum allows, which is m times the number of pixels. So there is at least half of the mean everywhere (nothing
+//! is starved, dark or not), rounded down, and at most eight times the mean. **Counts never fall as m grows**: the step to m + 1 pays one
+//! block for each pixel, and with t as it was none asks for more than one, by m/2; so t(m + 1) is no smaller. (A most that grew with m
+//! and not with t would ask for eight.) So they depend on m and the seed and not on how a render is cut into passes, and it can be
+//! repeated. The factor makes max(1/2, s_p) a little more than 1 on average: else t = m, rounded, might leave some of the sum over.
 //!
 //! A pixel far ahead of the floor passes later floors early: its statistics are noted when it has exactly 8, 16, ... blocks, 8 bytes each,
 //! and kept in part files (`store`).
@@ -47,9 +50,12 @@ use crate::metric::error::EPSILON_OF_MEAN;
 
 /// Blocks that all pixels take before any is preferred: of 12 neighbours 36 degrees of freedom.
 const FIRST_FLOOR: u32 = 4;
-/// No pixel has less than the mean over this, nor more than `MOST` times as much as that.
-const SHARE: u64 = 2;
-const MOST: u32 = 16;
+/// No pixel has less than the mean over this (rounded down), nor more than `MOST` times the mean.
+const LEAST: u64 = 2;
+const MOST: f64 = 8.0;
+/// Shares are summed in whole parts of so many, for the sum to be the same in any order: and they come to one part in `SPARE` more than 1.
+const PARTS: u64 = 1 << 20;
+const SPARE: u64 = 64;
 /// Neighbours are read this far away: 12 of the other colour in 5x5.
 const REACH: usize = 2;
 /// Least weight in parts of the mean one, so that samples which the largest may not have find a taker.
@@ -121,7 +127,8 @@ pub struct Adaptive {
     floor: u32,
     /// Counts at the epoch's beginning.
     base: Vec<u32>,
-    weights: Vec<f32>,
+    /// In parts of the mean.
+    shares: Vec<f32>,
     /// By log2 of the number of blocks, from that of `floor` on; empty where not yet.
     noted: Vec<Vec<Noted>>,
     weigh: fn(usize, &[Noted]) -> Vec<f32>,
@@ -136,7 +143,7 @@ impl Adaptive {
             mean: 0,
             floor: 0,
             base: vec![0; pixel_count],
-            weights: Vec::new(),
+            shares: Vec::new(),
             noted: vec![Vec::new(); u32::BITS as usize],
             weigh,
         }
@@ -150,7 +157,7 @@ impl Adaptive {
     /// Host memory.
     pub fn bytes(&self) -> usize {
         let noted: usize = self.noted.iter().map(Vec::len).sum();
-        size_of_val(&self.base[..]) + size_of_val(&self.weights[..]) + noted * size_of::<Noted>()
+        size_of_val(&self.base[..]) + size_of_val(&self.shares[..]) + noted * size_of::<Noted>()
     }
 
     /// Takes samples until there are `mean` blocks a pixel on average, fewer by a few in all where they do not come out even. When
@@ -180,7 +187,7 @@ impl Adaptive {
 
     /// Mean blocks at which the floor doubles.
     fn epoch_end(&self) -> u64 {
-        if self.floor == 0 { u64::from(FIRST_FLOOR) } else { 2 * SHARE * u64::from(self.floor) }
+        if self.floor == 0 { u64::from(FIRST_FLOOR) } else { 2 * LEAST * u64::from(self.floor) }
     }
 
     fn begin_epoch(&mut self, counts: Vec<u32>) {
@@ -189,8 +196,26 @@ impl Adaptive {
             self.noted[self.floor.ilog2() as usize] = Vec::new();
         }
         self.floor = if self.floor == 0 { FIRST_FLOOR } else { 2 * self.floor };
-        // All pixels have that many blocks, and it was noted when they had.
-        self.weights = (self.weigh)(self.width, &self.noted[self.floor.ilog2() as usize]);
+        self.share();
+    }
+
+    /// Makes the shares from what pixels had noted at `floor` blocks, which all of them have.
+    fn share(&mut self) {
+        let weights = (self.weigh)(self.width, &self.noted[self.floor.ilog2() as usize]);
+        let factors = [0, 1].map(|colour| {
+            let pixels = self.pixels_of(colour);
+            let budget = pixels.len() as u64 * (PARTS + PARTS / SPARE);
+            let parts = |wanted: f64| (wanted.clamp(1.0 / LEAST as f64, MOST) * PARTS as f64) as u64;
+            let sum = |factor: f64| pixels.par_iter().map(|&p| parts(factor * f64::from(weights[p]))).sum::<u64>();
+            largest(|factor| sum(factor) <= budget, 1.0 / mean_of(&weights, self.width, colour))
+        });
+        let share =
+            |(p, &weight): (usize, &f32)| (factors[colour_of(p, self.width)] * f64::from(weight)).min(MOST) as f32;
+        self.shares = weights.iter().enumerate().map(share).collect();
+    }
+
+    fn pixels_of(&self, colour: usize) -> Vec<usize> {
+        (0..self.pixel_count).filter(|&p| colour_of(p, self.width) == colour).collect()
     }
 
     /// Blocks of each pixel at `mean` blocks on average, within the epoch.
@@ -198,20 +223,19 @@ impl Adaptive {
         if self.floor == 0 {
             return vec![mean as u32; self.pixel_count];
         }
-        let least = ((mean / SHARE) as u32).max(self.floor);
-        let most = least.saturating_mul(MOST);
-        let count = |pixel: usize, factor: f64| {
+        let least = mean as f64 / LEAST as f64;
+        let count = |pixel: usize, scale: f64| {
+            let wanted = least.max(scale * f64::from(self.shares[pixel])) + offset(pixel, self.width);
             // Beyond `u32::MAX` the cast stays there.
-            let wanted = (factor * f64::from(self.weights[pixel]) + offset(pixel, self.width)) as u32;
-            wanted.min(most).max(least).max(self.base[pixel])
+            (wanted as u32).max(self.base[pixel])
         };
-        let factors = [0, 1].map(|colour| {
-            let pixels: Vec<usize> = (0..self.pixel_count).filter(|&p| colour_of(p, self.width) == colour).collect();
+        let scales = [0, 1].map(|colour| {
+            let pixels = self.pixels_of(colour);
             let budget = mean * pixels.len() as u64;
-            let fits = |factor: f64| pixels.par_iter().map(|&p| u64::from(count(p, factor))).sum::<u64>() <= budget;
-            largest(fits, f64::from(most))
+            let sum = |scale: f64| pixels.par_iter().map(|&p| u64::from(count(p, scale))).sum::<u64>();
+            largest(|scale| scale <= mean as f64 && sum(scale) <= budget, mean as f64)
         });
-        (0..self.pixel_count).into_par_iter().map(|p| count(p, factors[colour_of(p, self.width)])).collect()
+        (0..self.pixel_count).into_par_iter().map(|p| count(p, scales[colour_of(p, self.width)])).collect()
     }
 
     /// Renders what pixels lack of `counts`, and notes their statistics where they pass a floor to come.
@@ -266,17 +290,21 @@ fn offset(pixel: usize, width: usize) -> f64 {
     ((pixel % width) as f64 * 0.754_877_666_246_692_7 + (pixel / width) as f64 * 0.569_840_290_998_053_2).fract()
 }
 
-/// The largest factor that fits, to the last bits; `fits` is true up to some factor, and 0 fits. `first` is where the search begins.
+/// The largest factor that fits, to the last bit; `fits` is true up to some factor, and 0 fits. `first` is where the search begins.
 fn largest(fits: impl Fn(f64) -> bool, first: f64) -> f64 {
-    let (mut low, mut high) = (0.0, first.max(1.0));
+    let (mut low, mut high) = (0.0, first);
     while fits(high) {
         (low, high) = (high, 2.0 * high);
         if high > 1e300 {
             return low;
         }
     }
-    for _ in 0..64 {
+    // Ends where two numbers are neighbours, after some 55; more where it is far below `first`.
+    for _ in 0..128 {
         let middle = 0.5 * (low + high);
+        if middle == low || middle == high {
+            break;
+        }
         if fits(middle) {
             low = middle;
         } else {
@@ -286,18 +314,20 @@ fn largest(fits: impl Fn(f64) -> bool, first: f64) -> f64 {
     low
 }
 
+/// Mean over the pixels of a colour; 0 where there are none.
+fn mean_of(values: &[f32], width: usize, colour: usize) -> f64 {
+    let own = (0..values.len()).filter(|&p| colour_of(p, width) == colour);
+    let (sum, count) = own.fold((0.0, 0.0), |(sum, count), p| (sum + f64::from(values[p]), count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
+}
+
 /// A weight for each pixel, of the pixels of the other colour only: the mean of their relative standard deviations. Tried by counts that
 /// follow from the showcase at 64, 128 and 256 spp, and variances from 4096 spp: the expected relMSE at 256, 512 and 1024 spp falls by
 /// 1.57, 1.62, 1.66; by 1.29, 1.42, 1.49 with the root of the mean variance over the mean square, which bright samples that few pixels have
 /// met rule; and with 24 neighbours instead of 12 by a little less.
 fn weigh(width: usize, noted: &[Noted]) -> Vec<f32> {
-    let mean_of = |values: &[f32], colour: usize| {
-        let own = (0..values.len()).filter(|&p| colour_of(p, width) == colour);
-        let (sum, count) = own.fold((0.0, 0.0), |(sum, count), p| (sum + f64::from(values[p]), count + 1.0));
-        if count > 0.0 { sum / count } else { 0.0 }
-    };
     let means: Vec<f32> = noted.iter().map(|n| n.mean).collect();
-    let epsilon = [0, 1].map(|colour| EPSILON_OF_MEAN * mean_of(&means, colour));
+    let epsilon = [0, 1].map(|colour| EPSILON_OF_MEAN * mean_of(&means, width, colour));
     let relative = |(pixel, n): (usize, &Noted)| {
         let scale = f64::from(n.mean).hypot(epsilon[colour_of(pixel, width)]);
         finite((f64::from(n.deviation) / scale) as f32)
@@ -320,7 +350,7 @@ fn weigh(width: usize, noted: &[Noted]) -> Vec<f32> {
     };
     let weights: Vec<f32> = (0..noted.len()).into_par_iter().map(weight).collect();
     let least = [0, 1].map(|colour| {
-        let mean = (LEAST_WEIGHT * mean_of(&weights, colour)) as f32;
+        let mean = (LEAST_WEIGHT * mean_of(&weights, width, colour)) as f32;
         if mean > 0.0 { mean } else { 1.0 }
     });
     weights.iter().enumerate().map(|(p, w)| w + least[colour_of(p, width)]).collect()

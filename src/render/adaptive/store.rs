@@ -1,5 +1,5 @@
 //! The state of adaptive sampling as bytes, behind a film's: mean, floor and which statistics are noted (a bit for each power of two
-//! blocks) as u64, then each pixel's count at the epoch's beginning (u32) and the statistics (two f32). Weights are made again.
+//! blocks) as u64, then each pixel's count at the epoch's beginning (u32) and the statistics (two f32). Shares are made again.
 
 use std::io::{self, Read, Write};
 
@@ -55,7 +55,7 @@ impl Adaptive {
             return Err(ReadError::Content("its samples are not where its adaptive sampling puts them"));
         }
         if floor > 0 {
-            adaptive.weights = (adaptive.weigh)(adaptive.width, &adaptive.noted[floor.ilog2() as usize]);
+            adaptive.share();
         }
         Ok(adaptive)
     }
