@@ -23,9 +23,9 @@ pub struct Args {
     /// estimate, which run only when named
     #[arg(long, value_name = "S", default_value = "")]
     pub filter: String,
-    /// Alternating rounds of each measurement
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..))]
-    pub rounds: u64,
+    /// Alternating rounds of each measurement, but for coverage, exponents and estimate [default: 5]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    rounds: Option<u64>,
     /// For `samples`: shader files that replace those of the same path, timed beside the kernel as it is
     #[arg(long = "try", value_name = "DIR")]
     tried: Option<PathBuf>,
@@ -38,6 +38,12 @@ pub struct Args {
     /// One JSON object a line
     #[arg(long)]
     pub json: bool,
+}
+
+impl Args {
+    pub fn rounds(&self) -> u64 {
+        self.rounds.unwrap_or(5)
+    }
 }
 
 const BENCHES: [&str; 5] = ["build", "rays", "instances", "samples", "specialise"];
@@ -70,13 +76,23 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
         "scene files and --try are for the bench `samples`, which --filter {} leaves out",
         args.filter
     );
+    anyhow::ensure!(
+        !is_of_error || args.rounds.is_none() || args.filter == "mis-bound",
+        "--rounds: the bench {} has none; leave it out",
+        args.filter
+    );
+    anyhow::ensure!(
+        args.seeds.is_none() || ["coverage", "exponents"].contains(&args.filter.as_str()),
+        "--seeds is for the benches coverage and exponents, and --filter is {}; leave it out",
+        args.filter
+    );
     let Selected::Vulkan(device) = gpu::select(&Choice::from(args.device.as_str()), &gpu::Options::default())? else {
         anyhow::bail!("bench measures Vulkan devices, and there is none: run ./x once, which installs software Vulkan");
     };
     if is_of_error {
         return Ok(if bench_error::run(args, &device)? { Exit::Done } else { Exit::CheckFailed });
     }
-    let rounds = args.rounds as usize;
+    let rounds = args.rounds() as usize;
     if is_wanted("build") {
         println!("{}", serde_json::to_string(&bench_rays::build(rounds))?);
     }

@@ -172,7 +172,7 @@ fn run_exponents(args: &Args, device: &Device) -> anyhow::Result<bool> {
 }
 
 fn run_mis_bound(args: &Args, device: &Device) -> anyhow::Result<bool> {
-    let rounds = (args.rounds as u32).max(2);
+    let rounds = (args.rounds() as u32).max(2);
     let mut holds = true;
     for scene in scenes(args, &[VEACH])? {
         say(format_args!("{}: {rounds} rounds of {} spp of each technique", scene.name, MIS_BLOCKS * 16));

@@ -71,6 +71,8 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     let variants: Vec<Variant> = (args.variants.iter())
         .map(|name| Variant::parse(name, &base).map_err(|e| anyhow::anyhow!("--variants: {e}")))
         .collect::<Result<_, _>>()?;
+    let twice = (args.variants.iter().enumerate()).find(|(i, name)| args.variants[..*i].contains(name));
+    anyhow::ensure!(twice.is_none(), "--variants: '{}' is there twice; leave one out", twice.map_or("", |(_, n)| n));
     anyhow::ensure!(
         args.reference.is_none() || args.scenes.len() == 1,
         "--reference is a picture of one scene, and {} are given; run them one by one",

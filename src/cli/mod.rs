@@ -1,5 +1,13 @@
 //! Command line: one file a command. A flag that is not built yet is not accepted.
 
+/// Instead of std's of these names, which panic where stdout is closed or full: see `out`. Before the modules, so that all have them.
+macro_rules! println {
+    ($($text:tt)*) => { $crate::cli::out::write(format_args!("{}\n", format_args!($($text)*))) };
+}
+macro_rules! print {
+    ($($text:tt)*) => { $crate::cli::out::write(format_args!($($text)*)) };
+}
+
 mod bands;
 mod bench;
 mod bench_error;
@@ -14,12 +22,14 @@ mod interrupt;
 mod keep;
 mod measure;
 mod merge;
+mod out;
 mod progress;
 mod render;
 mod scene_args;
 mod source;
 
 use std::fmt::Display;
+use std::io::Write;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -80,13 +90,13 @@ pub fn run(started: Instant) -> anyhow::Result<Exit> {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) if !error.use_stderr() => {
-            error.print()?;
-            return Ok(Exit::Done);
+            out::note(error.print());
+            return out::finish(Exit::Done);
         }
         Err(error) if error.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
         Err(error) => anyhow::bail!(one_sentence(&error)),
     };
-    match cli.command {
+    let exit = match cli.command {
         Command::Render(args) => render::run(&args, started),
         Command::Devices(args) => devices::run(&args),
         Command::Inspect(args) => inspect::run(&args),
@@ -97,12 +107,14 @@ pub fn run(started: Instant) -> anyhow::Result<Exit> {
         Command::Generate(args) => generate::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Merge(args) => merge::run(&args),
-    }
+    }?;
+    out::finish(exit)
 }
 
 /// A line on stderr that begins with the program's name.
 pub fn say(message: impl Display) {
-    eprintln!("steradian: {message}");
+    // Where stderr is closed there is nobody to tell.
+    let _ = writeln!(std::io::stderr(), "steradian: {message}");
 }
 
 /// clap's message without its usage text: its lines joined.

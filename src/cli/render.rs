@@ -41,7 +41,8 @@ pub struct Args {
     /// Seconds since the start of the program; with --spp, whichever comes first
     #[arg(long, value_name = "S", value_parser = super::parse_positive)]
     time: Option<f64>,
-    /// Stops when relMSE, independent of exposure, is at most this with 97.5 % confidence by the render's own estimate
+    /// Stops when relMSE, independent of exposure, is at most this by the upper end of the render's own 95 % interval; not while that
+    /// interval's tails are too heavy to trust it
     #[arg(long, value_name = "E", value_parser = super::parse_positive)]
     error: Option<f64>,
     /// auto, cpu, an index of `steradian devices`, or part of a name
@@ -212,8 +213,14 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
                 header.record.add_run(earlier);
             }
             let mut keeper = keep::Keeper::begin(&args.keep, &header, started);
+            let mut is_said = false;
             let mut observe = |p: &render::Progress, film: &Film| {
                 bar.update(p);
+                if p.waits_for_tails() && !std::mem::replace(&mut is_said, true) {
+                    say(
+                        "--error: the estimate is low enough, and its tails are too heavy to trust it: the render goes on",
+                    );
+                }
                 keeper.iter_mut().for_each(|keeper| keeper.tick(film));
                 Ok(())
             };
@@ -352,12 +359,9 @@ fn make_record(
     seconds: Stages,
     mut notes: Vec<String>,
 ) -> Record {
-    if totals.whole.is_some_and(|e| e.is_heavy_tailed) {
-        notes.push(
-            "so few pixels carry the estimated error that its tails are too heavy for an interval: more samples are needed to tell"
-                .into(),
-        );
-        notes.iter().skip(notes.len() - 1).for_each(say);
+    if totals.is_heavy_tailed {
+        notes.push(record::HEAVY_TAILS.into());
+        say(record::HEAVY_TAILS);
     }
     let mut record = Record {
         program: concat!("steradian ", env!("CARGO_PKG_VERSION")).into(),
@@ -382,7 +386,7 @@ fn make_record(
         seconds,
         relmse_est: totals.error,
         relmse_est_exposure: totals.whole.map(|e| e.relmse_exposure),
-        relmse_est_heavy_tails: totals.whole.is_some_and(|e| e.is_heavy_tailed),
+        relmse_est_heavy_tails: totals.is_heavy_tailed,
         relmse_est_trimmed: totals.whole.map(|e| e.relmse_trimmed),
         peak_host_bytes: record::peak_host_bytes(),
         peak_device_bytes: device.peak_bytes,

@@ -116,6 +116,14 @@ impl SkyArgs {
 impl SceneArgs {
     /// The scene as it will be rendered: flags applied, then a camera and a light where none is given.
     pub fn load(&self) -> anyhow::Result<Scene> {
+        let integrator = self.integrator.description();
+        if let Some(depth) = self.transport.max_depth.filter(|depth| *depth > integrator.max_edges) {
+            anyhow::bail!(
+                "--max-depth {depth}: --integrator {} has {} path edges at most; lower it, or leave it out",
+                integrator.keyword,
+                integrator.max_edges
+            );
+        }
         let choice = scene::Choice { variant: self.variant.as_deref(), scene: self.scene_number };
         let mut scene = scene::load_choice(&self.scene, choice)?;
         if let Some((width, height)) = self.size {

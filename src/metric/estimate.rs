@@ -64,38 +64,65 @@ pub fn from_film(film: &Film) -> Option<FilmError> {
         (0..film.pixel_count()).into_par_iter().map(|p| (film.mean(p), film.variance_of_mean(p))).collect();
     let scales = scales(film, &known);
     let mut terms: Vec<f64> = pixel_terms(&known, &scales, EPSILON);
-    let relmse = with_interval(&terms, &dof);
-    let relmse_exposure = with_interval(&pixel_terms(&known, &scales, epsilon_exposure), &dof);
-    let effective_pixels = terms.iter().sum::<f64>().powi(2) / terms.iter().map(|e| e * e).sum::<f64>().max(1e-300);
+    let sums = Sums::of(&terms, &dof);
     let effective_blocks = effective_blocks(&known, &terms, &dof);
-    let total: f64 = terms.iter().sum();
-    let kept = terms.len() - trimmed_count(terms.len());
-    if kept < terms.len() {
-        terms.select_nth_unstable_by(kept, f64::total_cmp);
-    }
-    terms.truncate(kept);
-    let kept: f64 = terms.iter().sum();
+    let worst = split_worst(&mut terms, trimmed_count(film.pixel_count()));
     Some(FilmError {
-        relmse,
-        relmse_exposure,
-        relmse_trimmed: kept / terms.len().max(1) as f64,
-        is_heavy_tailed: total > 0.0 && (total - kept > HEAVY_TAIL_SHARE * total || effective_pixels < EFFECTIVE_MIN),
-        effective_pixels,
+        relmse: sums.estimate(),
+        relmse_exposure: Sums::of(&pixel_terms(&known, &scales, epsilon_exposure), &dof).estimate(),
+        relmse_trimmed: terms.iter().sum::<f64>() / terms.len().max(1) as f64,
+        is_heavy_tailed: sums.is_heavy_tailed(&worst),
+        effective_pixels: sums.effective_pixels(),
         effective_blocks,
     })
 }
 
-/// The relMSE of an image from those of its parts, with their numbers of pixels. Parts are independent of each other: the squares of
-/// their half widths add.
-pub fn joined(parts: &[(usize, Estimate)]) -> Option<Estimate> {
-    let pixels: f64 = parts.iter().map(|p| p.0 as f64).sum();
-    if pixels == 0.0 {
-        return None;
+/// The relMSE of an image whose film comes in bands that are forgotten one by one: their sums, and the terms of the worst pixels so far.
+pub struct Banded {
+    sums: Sums,
+    worst: Vec<f64>,
+    /// How many of the worst are kept: 0.1 % of the image's pixels.
+    kept: usize,
+}
+
+impl Banded {
+    /// Of an image of `pixels`.
+    pub fn new(pixels: usize) -> Self {
+        Self { sums: Sums::default(), worst: Vec::new(), kept: trimmed_count(pixels) }
     }
-    let value = parts.iter().map(|(n, e)| *n as f64 * e.value).sum::<f64>() / pixels;
-    let half_width = |(n, e): &(usize, Estimate)| (*n as f64 * (e.high - e.value)).powi(2);
-    let half_width = parts.iter().map(half_width).sum::<f64>().sqrt() / pixels;
-    Some(Estimate { value, low: (value - half_width).max(0.0), high: value + half_width })
+
+    /// Counts in a band. One with fewer than two blocks somewhere says nothing.
+    pub fn add(&mut self, band: &Film) {
+        if band.min_block_count() < 2 || band.pixel_count() == 0 {
+            return;
+        }
+        let dof: Vec<f64> = (0..band.pixel_count()).map(|pixel| f64::from(band.block_count(pixel)) - 1.0).collect();
+        let known: Vec<Known> =
+            (0..band.pixel_count()).into_par_iter().map(|p| (band.mean(p), band.variance_of_mean(p))).collect();
+        let mut terms = pixel_terms(&known, &scales(band, &known), EPSILON);
+        self.sums.add(&Sums::of(&terms, &dof));
+        self.worst.extend(split_worst(&mut terms, self.kept));
+        self.worst = split_worst(&mut self.worst, self.kept);
+    }
+
+    /// The estimate, and whether its tails are too heavy to trust the interval (`FilmError::is_heavy_tailed`).
+    pub fn estimate(mut self) -> Option<(Estimate, bool)> {
+        if self.sums.pixels == 0.0 {
+            return None;
+        }
+        // After an interrupt there are fewer pixels than were to be.
+        let worst = split_worst(&mut self.worst, trimmed_count(self.sums.pixels as usize));
+        Some((self.sums.estimate(), self.sums.is_heavy_tailed(&worst)))
+    }
+}
+
+/// Takes the `count` largest terms out of `terms`.
+fn split_worst(terms: &mut Vec<f64>, count: usize) -> Vec<f64> {
+    let rest = terms.len().saturating_sub(count);
+    if (1..terms.len()).contains(&rest) {
+        terms.select_nth_unstable_by(rest, f64::total_cmp);
+    }
+    terms.split_off(rest)
 }
 
 /// Mean of a pixel and the variance of that.
@@ -152,24 +179,61 @@ fn scales(film: &Film, known: &[Known]) -> Vec<[f64; 3]> {
     (0..film.pixel_count()).into_par_iter().map(scale).collect()
 }
 
-/// Mean of the terms and its interval. A pixel's channels move together, so a term e counts as one value, with as many degrees of
-/// freedom nu as its blocks leave. Those of the sum are (sum e)^2 / sum (e^2 / nu) (Satterthwaite 1946): where all nu are equal, nu times
-/// the number of pixels that carry the sum.
-fn with_interval(terms: &[f64], dof: &[f64]) -> Estimate {
-    let count = terms.len() as f64;
-    let total: f64 = terms.iter().sum();
-    let value = total / count;
-    if total <= 0.0 {
-        return Estimate { value, low: 0.0, high: value };
+/// What the interval of a sum over pixels' terms e is made from; those of parts of an image add.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    pixels: f64,
+    /// Of e and of e^2.
+    total: f64,
+    squares: f64,
+    /// Of the total, and sum e^2 / nu.
+    variance: f64,
+    carried: f64,
+}
+
+impl Sums {
+    /// A pixel's channels move together, so a term counts as one value, with as many degrees of freedom nu as its blocks leave.
+    fn of(terms: &[f64], dof: &[f64]) -> Self {
+        let mut sums = Self { pixels: terms.len() as f64, ..Self::default() };
+        for (e, nu) in terms.iter().zip(dof) {
+            sums.total += e;
+            sums.squares += e * e;
+            // E[e_hat^2] = e^2 (1 + 2/nu) overstates e^2; divided out.
+            sums.variance += e * e / (1.0 + 2.0 / nu) * (2.0 + 2.0 / nu);
+            sums.carried += e * e / nu;
+        }
+        sums
     }
-    let (mut variance, mut carried) = (0.0, 0.0);
-    for (e, nu) in terms.iter().zip(dof) {
-        // E[e_hat^2] = e^2 (1 + 2/nu) overstates e^2; divided out.
-        variance += e * e / (1.0 + 2.0 / nu) * (2.0 + 2.0 / nu);
-        carried += e * e / nu;
+
+    fn add(&mut self, other: &Self) {
+        self.pixels += other.pixels;
+        self.total += other.total;
+        self.squares += other.squares;
+        self.variance += other.variance;
+        self.carried += other.carried;
     }
-    let standard_error = variance.sqrt() / count;
-    let factor =
-        (student_t_quantile(0.975, total * total / carried) * standard_error / value).hypot(SCALE_UNSURE).exp();
-    Estimate { value, low: value / factor, high: value * factor }
+
+    /// Mean of the terms and its interval. The degrees of freedom of the sum are (sum e)^2 / sum (e^2 / nu) (Satterthwaite 1946): where
+    /// all nu are equal, nu times the number of pixels that carry the sum. What the scale leaves unsure is common to all pixels, and
+    /// counts once however many parts there are.
+    fn estimate(&self) -> Estimate {
+        let value = self.total / self.pixels;
+        if self.total <= 0.0 {
+            return Estimate { value, low: 0.0, high: value };
+        }
+        let relative = self.variance.sqrt() / self.total;
+        let quantile = student_t_quantile(0.975, self.total * self.total / self.carried);
+        let factor = (quantile * relative).hypot(SCALE_UNSURE).exp();
+        Estimate { value, low: value / factor, high: value * factor }
+    }
+
+    /// How many pixels carry the total.
+    fn effective_pixels(&self) -> f64 {
+        self.total * self.total / self.squares.max(1e-300)
+    }
+
+    fn is_heavy_tailed(&self, worst: &[f64]) -> bool {
+        let held: f64 = worst.iter().sum();
+        self.total > 0.0 && (held > HEAVY_TAIL_SHARE * self.total || self.effective_pixels() < EFFECTIVE_MIN)
+    }
 }

@@ -36,6 +36,9 @@ impl Stages {
     }
 }
 
+/// Said of an estimate that is heavy-tailed (`FilmError::is_heavy_tailed`).
+pub const HEAVY_TAILS: &str = "a few pixels carry most of the estimated error: its tails are too heavy for its interval to be trusted, and more samples are needed to tell";
+
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[allow(non_snake_case)] // throughput_MSps and throughput_Mrays_ps are the field's names
 pub struct Record {
@@ -100,21 +103,21 @@ impl Record {
         self.relmse_est = error.map(|e| e.relmse);
         self.relmse_est_exposure = error.map(|e| e.relmse_exposure);
         self.relmse_est_trimmed = error.map(|e| e.relmse_trimmed);
-        if error.is_some_and(|e| e.is_heavy_tailed) {
-            let note =
-                "the worst 0.1 % of pixels hold most of the estimated error: its tails are too heavy for the interval";
-            self.add_note(note);
+        self.relmse_est_heavy_tails = error.is_some_and(|e| e.is_heavy_tailed);
+        if self.relmse_est_heavy_tails {
+            self.add_note(HEAVY_TAILS);
         }
     }
 
-    /// Counts in what another run of the same film took: seconds add, peaks are the larger ones, notes are all of them.
+    /// Counts in what another run of the same film took: seconds add, peaks are the larger ones, notes are all of them but
+    /// what was said of its error alone.
     pub fn add_run(&mut self, other: &Self) {
         self.seconds = self.seconds.plus(other.seconds);
         self.wall_s += other.wall_s;
         self.peak_host_bytes = self.peak_host_bytes.max(other.peak_host_bytes);
         self.peak_device_bytes = self.peak_device_bytes.max(other.peak_device_bytes);
         self.film_bytes = self.film_bytes.max(other.film_bytes);
-        other.notes.iter().for_each(|note| self.add_note(note));
+        other.notes.iter().filter(|note| *note != HEAVY_TAILS).for_each(|note| self.add_note(note));
     }
 
     fn add_note(&mut self, note: &str) {

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::film::ledger::Ledger;
 use crate::film::source::SampleSource;
 use crate::film::{Film, Tile};
-use crate::metric::estimate::{self, Estimate, FilmError};
+use crate::metric::estimate::{Banded, Estimate, FilmError};
 
 /// What is known of a render when its film is gone.
 #[derive(Clone, Debug)]
@@ -25,6 +25,8 @@ pub struct Totals {
     pub film_bytes: usize,
     /// Estimated relMSE of the image.
     pub error: Option<Estimate>,
+    /// The interval of that is not to be trusted: `FilmError::is_heavy_tailed`.
+    pub is_heavy_tailed: bool,
     /// All that is known of the error, where the film was whole: the other measures need the image's mean and its worst pixels.
     pub whole: Option<FilmError>,
     /// Of an adaptive render.
@@ -48,6 +50,7 @@ impl Totals {
             min_block_count: film.min_block_count(),
             film_bytes: film.bytes(),
             error: error.map(|e| e.relmse),
+            is_heavy_tailed: error.is_some_and(|e| e.is_heavy_tailed),
             whole: error,
             trace_s,
             stopped_by,
@@ -80,12 +83,13 @@ pub fn render_bands(
         min_block_count: u32::MAX,
         film_bytes: 0,
         error: None,
+        is_heavy_tailed: false,
         whole: None,
         spread: None,
         trace_s: 0.0,
         stopped_by: StoppedBy::Spp,
     };
-    let mut errors: Vec<(usize, Estimate)> = Vec::new();
+    let mut error = Banded::new(window.pixel_count());
     let wanted = stops.blocks.unwrap_or(1);
     let mut y = window.y;
     let bottom = window.y + window.height;
@@ -104,8 +108,8 @@ pub fn render_bands(
         };
         let outcome = render_window(source, band, stops, interrupted, &mut over_all)?;
         totals.stopped_by = outcome.stopped_by;
-        errors.extend(outcome.error.map(|e| (band.pixel_count(), e.relmse)));
         let film = outcome.film;
+        error.add(&film);
         totals.samples += film.sample_count();
         totals.rays += film.ray_count();
         totals.ledger.join(film.ledger());
@@ -114,7 +118,9 @@ pub fn render_bands(
         take(Part::Rows(film))?;
         y += band.height;
     }
-    totals.error = estimate::joined(&errors);
+    if let Some((estimate, is_heavy_tailed)) = error.estimate() {
+        (totals.error, totals.is_heavy_tailed) = (Some(estimate), is_heavy_tailed);
+    }
     totals.trace_s = begun.elapsed().as_secs_f64();
     Ok(totals)
 }

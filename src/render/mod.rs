@@ -5,7 +5,7 @@
 //! start: every pixel gets one block at least, and the last pass is cut between two tiles where the clock says so (`Deadline`), so
 //! that some pixels have a block more than others, as after an interrupt. `--error` looks
 //! at the upper end of the estimate's interval: a render that stops on its own estimate prefers low ones, and the value alone would
-//! promise too much. On an interrupt the source stops after whole blocks, and what is there is kept.
+//! promise too much. While the estimate's tails are too heavy for its interval it does not stop. On an interrupt the source stops after whole blocks, and what is there is kept.
 
 pub mod adaptive;
 pub mod bands;
@@ -31,6 +31,9 @@ const ESTIMATE_SHARE: f64 = 0.02;
 /// No render stops on its error before this many blocks: with fewer a pixel's variance is a guess, and what is rare was not yet met.
 const ERROR_MIN_BLOCKS: u64 = 4;
 
+/// Where progress stands while only the estimate's tails keep a render from its end.
+const BY_TAILS: f64 = 0.99;
+
 /// When to stop: whichever comes first.
 #[derive(Clone, Copy, Debug)]
 pub struct Stops {
@@ -38,7 +41,7 @@ pub struct Stops {
     pub blocks: Option<u64>,
     /// Seconds since `started`.
     pub time_s: Option<f64>,
-    /// relMSE (epsilon (0.1 mean)^2) that the upper end of the estimate's 95 % interval must reach.
+    /// relMSE (epsilon (0.1 mean)^2) that the upper end of the estimate's 95 % interval must reach, with tails that let it be trusted.
     pub error: Option<f64>,
     /// Start of the process, as far as known.
     pub started: Instant,
@@ -87,8 +90,18 @@ impl Progress {
         let by_blocks = self.blocks_wanted.map_or(0.0, |w| self.blocks_done as f64 / w as f64);
         let by_time = self.time_wanted_s.map_or(0.0, |w| self.elapsed_s / w);
         // The error falls as one over the samples.
-        let by_error = self.error_wanted.zip(self.error).map_or(0.0, |(w, e)| w / e.relmse_exposure.high.max(w));
+        let by_error = self.error_wanted.zip(self.error).map_or(0.0, |(w, e)| match self.waits_for_tails() {
+            true => BY_TAILS,
+            false => w / e.relmse_exposure.high.max(w),
+        });
         by_blocks.max(by_time).max(by_error).clamp(0.0, 1.0)
+    }
+
+    /// The interval is below the wanted error, and its tails are too heavy to trust it: the render goes on.
+    pub fn waits_for_tails(&self) -> bool {
+        let wanted = self.error_wanted.zip(self.error);
+        wanted.is_some_and(|(w, e)| e.relmse_exposure.high <= w && e.is_heavy_tailed)
+            && self.blocks_done >= ERROR_MIN_BLOCKS
     }
 }
 
@@ -180,6 +193,7 @@ fn render_by(
         if let (Some(wanted), Some(e)) = (stops.error, error)
             && done >= ERROR_MIN_BLOCKS
             && e.relmse_exposure.high <= wanted
+            && !e.is_heavy_tailed
         {
             break StoppedBy::Error;
         }
@@ -227,10 +241,12 @@ fn blocks_done(film: &Film) -> u64 {
 }
 
 /// Blocks after which the error should be the wanted one, falling as one over the samples; at least 1. No limit when none is wanted.
+/// When tails get light nobody knows: it is looked again after some growth, not after every block.
 fn blocks_to_error(stops: &Stops, error: Option<FilmError>, estimated_at: u64, done: u64) -> u64 {
     match (stops.error, error) {
         (Some(wanted), Some(e)) => {
-            let needed = (estimated_at as f64 * e.relmse_exposure.high / wanted).ceil() as u64;
+            let growth = if e.is_heavy_tailed { ESTIMATE_GROWTH } else { 0.0 };
+            let needed = (estimated_at as f64 * growth.max(e.relmse_exposure.high / wanted)).ceil() as u64;
             needed.saturating_sub(done).max(1)
         }
         (Some(_), None) => ERROR_MIN_BLOCKS,

@@ -69,10 +69,13 @@ impl Exponential {
     /// Its rays.
     fn add_block(&self, film: &mut Film, pixel: usize, block: u64) -> u64 {
         let mut sum = [0.0; 3];
+        // Of the image, of which the film may be a band.
+        let (window, at) = (film.window(), pixel as u32);
+        let of_image = (window.y + at / window.width) * self.size.0 + window.x + at % window.width;
         for sample in block * 16..block * 16 + 16 {
-            let u = self.uniform(pixel, sample);
+            let u = self.uniform(of_image as usize, sample);
             let x = if self.has_spikes { 0.6 + 200.0 * f64::from(u < 0.002) } else { -u.ln() };
-            (0..3).for_each(|c| sum[c] += Self::mean(pixel)[c] * x);
+            (0..3).for_each(|c| sum[c] += Self::mean(of_image as usize)[c] * x);
         }
         let slot = SlotRecord { sum: sum.map(|v| v as f32), rays: 16, first_bad: NONE, ..Default::default() };
         film.add_block(pixel, block, &slot);
@@ -249,4 +252,58 @@ fn an_error_stop_ends_where_the_estimate_says_and_the_truth_agrees() {
         let error = compare(&image, &truth).relmse_exposure;
         assert!(error <= 1.1 * wanted, "{wanted}: the true error is {error}");
     }
+}
+
+/// 64 pixels of which some few have met a spike after 4 blocks.
+fn spiky() -> Exponential {
+    Exponential { has_spikes: true, ..Exponential::new((8, 8), 36) }
+}
+
+#[test]
+fn an_error_stop_waits_for_tails_that_can_be_trusted() {
+    let early = render(&mut spiky(), &stops(Some(64), None), &never, &mut |_| {}).unwrap().error.unwrap();
+    let wanted = 10.0 * early.relmse_exposure.high;
+    assert!(early.is_heavy_tailed);
+    let mut source = spiky();
+    let ask = Stops { error: Some(wanted), ..stops(Some(1 << 14), None) };
+    let mut waited = 0;
+    let outcome = render(&mut source, &ask, &never, &mut |p| waited += u32::from(p.waits_for_tails())).unwrap();
+    let blocks = outcome.film.min_block_count();
+    assert_eq!(outcome.stopped_by, StoppedBy::Error, "{blocks} blocks");
+    let error = outcome.error.unwrap();
+    assert!(
+        !error.is_heavy_tailed && error.relmse_exposure.high <= wanted && blocks > 4 && waited > 0,
+        "{blocks}: {error:?}"
+    );
+    // Not block by block.
+    let passes = source.calls.len();
+    println!("{blocks} blocks in {passes} passes");
+    assert!(passes <= 30, "{passes} passes for {blocks} blocks");
+}
+
+/// Bands of one film have its interval, but for the neighbours that their edges cut off, however many they are.
+#[test]
+fn bands_have_the_interval_and_the_tails_of_the_whole() {
+    let banded = |source: &mut Exponential, rows: u32, spp: u64| {
+        let (width, height) = source.size;
+        let window = Tile::image(width, height);
+        let stops = stops(Some(spp), None);
+        bands::render_bands(source, window, rows, &stops, &never, &mut |_| {}, &mut |_| Ok(())).unwrap()
+    };
+    let width = |e: estimate::Estimate| (e.high / e.value).ln();
+    let mut source = Exponential::new((48, 32), 5);
+    let whole = render(&mut source, &stops(Some(128), None), &never, &mut |_| {}).unwrap().error.unwrap();
+    for rows in [32, 8, 2, 1] {
+        let totals = banded(&mut source, rows, 128);
+        let joined = totals.error.unwrap();
+        assert!(rows < 32 || joined == whole.relmse, "{joined:?}, whole {:?}", whole.relmse);
+        let ratio = width(joined) / width(whole.relmse);
+        assert!((ratio - 1.0).abs() < 0.1, "bands of {rows} rows: {joined:?}, whole {:?}", whole.relmse);
+        assert!(!totals.is_heavy_tailed);
+    }
+    for rows in [8, 1] {
+        let is_heavy = banded(&mut spiky(), rows, 64).is_heavy_tailed;
+        assert!(is_heavy, "bands of {rows} rows");
+    }
+    assert!(!banded(&mut spiky(), 1, 1 << 14).is_heavy_tailed);
 }

@@ -134,6 +134,9 @@ fn flags_without_effect() {
     refuses(&["bench", &cornell, "--filter", "rays"], &["samples", "--filter rays"]);
     refuses(&["bench", "--filter", "rays", "--seeds", "5"], &["--seeds", "coverage"]);
     refuses(&["bench", &cornell, "--filter", "coverage", "--try", "."], &["--try", "samples"]);
+    refuses(&["bench", "--filter", "coverage", "--rounds", "3"], &["--rounds", "coverage"]);
+    refuses(&["bench", "--filter", "estimate", "--seeds", "3"], &["--seeds", "exponents"]);
+    refuses(&["render", &cornell, "--integrator", "direct", "--max-depth", "9"], &["--max-depth 9", "direct", "2"]);
     let converge = ["converge", &cornell, "-o", &folder, "--reference", "a.exr"];
     refuses(&[&converge[..], &["--reference-spp", "64"]].concat(), &["--reference-spp", "--reference"]);
     refuses(&[&converge[..], &[&sky]].concat(), &["--reference", "one scene, and 2 are given"]);

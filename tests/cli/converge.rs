@@ -62,6 +62,8 @@ fn what_cannot_be_studied_is_refused() {
     let out = dir.path().display().to_string();
     let path = scene("minimal.toml").display().to_string();
     refuses(&["converge", &path, "-o", &out, "--variants", "mis+soboll"], &["soboll", "sobol"]);
+    refuses(&["converge", &path, "-o", &out, "--variants", "mis,bsdf,mis"], &["--variants", "'mis'", "twice"]);
+    refuses(&["converge", &path, "-o", &out, "--variants", "bsdf+light"], &["'bsdf' and 'light'"]);
     refuses(&["converge", &path, "-o", &out, "--budget", "0"], &["--budget", "above 0"]);
     refuses(&["converge", &path, "-o", "/proc/none"], &["/proc/none"]);
     refuses(&["converge", "missing.toml", "-o", &out], &["missing.toml", "no such file"]);

@@ -302,4 +302,36 @@ fn light_groups_have_names_that_a_layer_can_have_and_are_not_too_many() {
     super::refuses(&arguments, &["17 light groups", "16"]);
     scene("[[shape]]\ntype = \"sphere\"\ngroup = \"key\"\n");
     super::refuses(&arguments, &["groups.toml:5", "it emits nothing"]);
+    // A material without light may get some by a shape's power: a note where it does not. So for a sky that is dimmed to 0.
+    let dark = |more: &str| {
+        scene(&format!("[[material]]\nname = \"m\"\ntype = \"lambert\"\ngroup = \"key\"\n{more}"));
+        run(&arguments)
+    };
+    let ran = dark("[sky]\nradiance = 0\ngroup = \"sky\"\n");
+    assert!(ran.stderr.contains("groups.toml:6") && ran.stderr.contains("groups.toml:9"), "{}", ran.stderr);
+    let ran = dark("[[shape]]\ntype = \"sphere\"\nmaterial = \"m\"\npower = 3\n");
+    assert!(ran.code == 0 && !ran.stderr.contains("emits nothing"), "{}", ran.stderr);
+}
+
+/// A reader that goes away is no fault; a full disk is one sentence, and the picture is there either way.
+#[cfg(target_os = "linux")]
+#[test]
+fn stdout_that_takes_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let (png, cornell) = (dir.path().join("a.png"), scene("cornell.toml"));
+    let render = |stdout: Stdio| {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin("steradian"));
+        command.arg("render").arg(&cornell).args(SMALL).args(["--spp", "16", "-o"]).arg(&png);
+        let child = command.stdout(stdout).stderr(Stdio::piped()).spawn().unwrap();
+        let output = child.wait_with_output().unwrap();
+        assert!(std::fs::remove_file(&png).is_ok());
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let (code, said) = render(full.into());
+    assert!(code == Some(2) && said.contains("steradian: stdout: cannot write: no space left"), "{code:?} {said}");
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let (code, said) = render(writer.into());
+    assert!(code == Some(0) && !said.contains("stdout"), "{code:?} {said}");
 }

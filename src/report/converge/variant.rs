@@ -22,7 +22,13 @@ impl Variant {
     /// names the word and the ones there are.
     pub fn parse(name: &str, base: &Settings) -> Result<Self, String> {
         let mut v = Self { name: name.to_owned(), settings: *base, everything: false, adaptive: false, device: None };
+        let mut kinds = Vec::new();
         for word in name.split('+') {
+            let kind = kind(word);
+            if let Some((_, other)) = kinds.iter().find(|(k, _)| *k == kind) {
+                return Err(format!("the variant '{name}' has '{other}' and '{word}', and takes one of them"));
+            }
+            kinds.push((kind, word));
             if let Some(estimator) = of::<Estimator>(word) {
                 v.settings.estimator = estimator;
             } else if let Some(sampler) = of::<SamplerKind>(word) {
@@ -42,6 +48,18 @@ impl Variant {
             }
         }
         Ok(v)
+    }
+}
+
+/// What a word chooses; a variant has one word of each. A switch is a kind of its own.
+fn kind(word: &str) -> &str {
+    match word {
+        _ if of::<Estimator>(word).is_some() => "estimator",
+        _ if of::<SamplerKind>(word).is_some() => "sampler",
+        _ if of::<IntegratorKind>(word).is_some() => "integrator",
+        _ if word == "cpu" || word.starts_with("device=") => "device",
+        "everything" | "specialised" => "kernel",
+        _ => word,
     }
 }
 
@@ -71,6 +89,10 @@ mod tests {
         assert_eq!((v.settings.estimator, v.settings.sampler), (Estimator::Bsdf, SamplerKind::Independent));
         assert!(!v.adaptive && Variant::parse("mis+adaptive", &Settings::default()).unwrap().adaptive);
         assert!(v.everything && v.device.as_deref() == Some("llvm"));
+        for twice in ["bsdf+light", "mis+sobol+independent", "cpu+device=llvm", "mis+adaptive+adaptive"] {
+            let wrong = Variant::parse(twice, &Settings::default()).unwrap_err();
+            assert!(wrong.contains(twice) && wrong.contains("takes one"), "{wrong}");
+        }
         let wrong = Variant::parse("mis+soboll", &Settings::default()).unwrap_err();
         assert!(wrong.contains("'soboll'") && wrong.contains("sobol, independent"), "{wrong}");
     }

@@ -90,6 +90,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Scene, Error> {
     builder.camera(&top)?;
     builder.sensors(&top)?;
     builder.sky(&top)?;
+    builder.note_dark_groups(&top)?;
     Ok(builder.scene)
 }
 
@@ -138,8 +139,8 @@ impl<'a> Builder<'a> {
         }
         let key = if table.get("illuminance_lx").is_some() { "illuminance_lx" } else { "scale" };
         sky.check(&self.scene.images).map_err(|reason| table.error(key, reason))?;
+        self.sky_group(&table, &sky)?;
         self.scene.sky = Some(sky);
-        self.scene.sky_group = group::group(&table)?;
         Ok(())
     }
 

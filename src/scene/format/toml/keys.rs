@@ -75,13 +75,13 @@ pub const SKY: Section = section!("[sky]", "Light from infinitely far away: `fil
     "rotate_deg": "number" = "0"; "turns it about +y",
     "scale": "number >= 0" = "1"; "factor on the radiance",
     "illuminance_lx": "number, lx" = "none"; "instead of `scale`: what a horizontal plane without anything above it gets",
-    "group": "name" = "\"default\""; "its light group: `--aov light_groups` keeps the light of each apart (docs/film.md)",
+    "group": "name" = "\"default\""; "its light group, 1 to 32 letters, digits, _ or -: `--aov light_groups` keeps the light of each apart (docs/film.md)",
 );
 
 pub const LIGHT: Section = section!("[[light]]", "A light without a surface. Exactly one of its keys in W, lm, cd, lx says how strong it is. A number keeps its luminance (683 lm a watt) whatever the colour; a triple is taken channel by channel.",
     "type": "\"point\", \"spot\" or \"directional\"" = "required"; "kind",
     "name": "string" = "the type"; "for messages",
-    "group": "name" = "\"default\""; "its light group: `--aov light_groups` keeps the light of each apart (docs/film.md)",
+    "group": "name" = "\"default\""; "its light group, 1 to 32 letters, digits, _ or -: `--aov light_groups` keeps the light of each apart (docs/film.md)",
     "color": "[r, g, b]" = "white"; "linear; its luminance is divided out",
     "temperature_k": "number in 500..100000, K" = "none"; "instead of `color`: that of a black body",
 );

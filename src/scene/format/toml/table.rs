@@ -50,9 +50,7 @@ impl<'a> Table<'a> {
     ) -> Result<Self, Error> {
         let section = known[known.len() - 1].name;
         let DeValue::Table(entries) = item.get_ref() else {
-            return Err(
-                source.error(item.span(), format!("{section} must be a table, not a {}", item.get_ref().type_str()))
-            );
+            return Err(source.error(item.span(), format!("{section} must be a table, not {}", kind(item))));
         };
         let table = Self { source, section, at: item.span(), entries };
         table.check_keys(known, more)?;
@@ -98,8 +96,8 @@ impl<'a> Table<'a> {
     }
 
     fn wrong(&self, key: &str, wanted: &str) -> Error {
-        let found = self.get(key).map_or("nothing", |item| item.get_ref().type_str());
-        self.error(key, format!("must be {wanted}, and is a {found}"))
+        let found = self.get(key).map_or("nothing".into(), kind);
+        self.error(key, format!("must be {wanted}, and is {found}"))
     }
 
     pub fn text(&self, key: &str) -> Result<Option<&'a str>, Error> {
@@ -166,7 +164,7 @@ impl<'a> Table<'a> {
         let number = match item.get_ref() {
             DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).ok().map(|n| n as f64),
             DeValue::Float(f) => f.as_str().parse::<f64>().ok(),
-            other => return Err(fail(&format!("must be a number, and is a {}", other.type_str()))),
+            _ => return Err(fail(&format!("must be a number, and is {}", kind(item)))),
         };
         match number {
             Some(x) if x.is_finite() => Ok(x),
@@ -180,7 +178,7 @@ impl<'a> Table<'a> {
                 .error(item.span(), format!("`{key}` in {} must be {N} numbers in [ ], and is {found}", self.section))
         };
         let DeValue::Array(array) = item.get_ref() else {
-            return Err(fail(format!("a {}", item.get_ref().type_str())));
+            return Err(fail(kind(item)));
         };
         let entries: Vec<_> = array.iter().collect();
         if entries.len() != N {
@@ -201,6 +199,13 @@ impl<'a> Table<'a> {
             _ => Err(self.source.error(item.span(), format!("write [[{key}]] in two brackets: there may be several"))),
         }
     }
+}
+
+/// What an item is, for messages: "a string", "an integer".
+fn kind(item: &Item<'_>) -> String {
+    let word = item.get_ref().type_str();
+    let article = if word.starts_with(['a', 'i']) { "an" } else { "a" };
+    format!("{article} {word}")
 }
 
 /// "did you mean `x`?" where something is near, else the list.
