@@ -20,8 +20,11 @@ pub fn no_file_twice<'a>(
     Ok(())
 }
 
-/// Where a path lies, whether or not there is a file.
+/// Where a path lies, whether or not there is a file; behind links, if there is.
 pub fn place(path: &Path) -> PathBuf {
+    if let Ok(place) = path.canonicalize() {
+        return place;
+    }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(".".as_ref());
     folder.canonicalize().unwrap_or_else(|_| folder.to_owned()).join(path.file_name().unwrap_or_default())
 }

@@ -11,6 +11,17 @@ struct Counts {
     polls_left: AtomicU32,
 }
 
+/// A file that grows beyond the shell's limit (ulimit -f) is then a write that fails, with its sentence, in place of a signal that
+/// ends the process and leaves half a file.
+pub fn ignore_file_limit() {
+    #[cfg(unix)]
+    #[allow(unsafe_code)]
+    // SAFETY: SIG_IGN installs no handler, so that none of our code runs in a signal's context.
+    unsafe {
+        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+    }
+}
+
 /// Counts the signals since it was installed.
 #[derive(Clone)]
 pub struct Interrupt(Arc<Counts>);

@@ -7,7 +7,6 @@ use std::time::Instant;
 use steradian::film::Film;
 use steradian::film::slot::BLOCK_SAMPLES;
 use steradian::film::store::MAX_BLOCKS;
-use steradian::output;
 use steradian::output::part::{self, Difference, Header};
 use steradian::output::record::{self, Record};
 
@@ -40,6 +39,11 @@ impl KeepArgs {
         self.checkpoint.as_deref().or(self.resume.as_deref())
     }
 
+    /// The file to go on from, for messages.
+    pub fn name(&self) -> std::path::Display<'_> {
+        self.resume.as_deref().unwrap_or(Path::new("")).display()
+    }
+
     /// Some flag keeps the film or needs it whole.
     pub fn is_used(&self) -> bool {
         self.samples.is_some() || self.place().is_some()
@@ -53,7 +57,7 @@ impl KeepArgs {
         );
         let header = self.resume.as_deref().map(part::read_header).transpose()?;
         if let Some(path) = self.place() {
-            output::check(path)?;
+            part::check(path)?;
             let is_own = self.resume.as_deref().is_some_and(|from| place(from) == place(path));
             anyhow::ensure!(
                 is_own || !path.exists(),
@@ -66,7 +70,7 @@ impl KeepArgs {
 
     /// First block and how many blocks are wanted of each pixel, when neither --spp, --time nor --error says so.
     pub fn range(&self, resumed: Option<&Header>, spp: Option<u32>) -> anyhow::Result<(u64, Option<u64>)> {
-        let name = || self.resume.as_deref().unwrap_or(Path::new("")).display();
+        let name = || self.name();
         match (&self.samples, resumed) {
             (Some(range), Some(header)) => {
                 let first = header.first_sample();

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use steradian::film::slot::BLOCK_SAMPLES;
 use steradian::metric::estimate;
 use steradian::output::{self, part, record};
 
@@ -39,7 +40,17 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
         whole.header.record.notes.push(format!("the parts begin at sample {first}: none before it is in the picture"));
     }
     if !film.is_adaptive() && film.min_block_count() < film.max_block_count() {
-        whole.header.record.notes.push("the last part was interrupted: some pixels have a block less".into());
+        whole
+            .header
+            .record
+            .notes
+            .push("the last part was interrupted: some pixels have fewer samples than others".into());
+    }
+    if let Some(wanted) = whole.header.wanted_blocks.map(|n| n * u64::from(BLOCK_SAMPLES))
+        && film.spp() < wanted
+    {
+        let note = format!("the last part is not finished: {} of {wanted} samples a pixel are there", film.spp());
+        whole.header.record.notes.push(note);
     }
     let error = estimate::from_film(film);
     let record = &mut whole.header.record;
@@ -54,10 +65,9 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     record.wall_s += begun.elapsed().as_secs_f64();
     let record = whole.header.record.clone();
     let (parts, pictures): (Vec<_>, Vec<_>) = args.output.iter().cloned().partition(|path| part::is_part(path));
-    super::render::write_outputs(&parts, &pictures, film, &whole.header)?;
-    if let Some(path) = &args.record {
-        record.write(path)?;
-    }
+    let written = super::render::write_outputs(&parts, &pictures, film, &whole.header);
+    let recorded = args.record.as_ref().map_or(Ok(()), |path| record.write(path));
+    super::render::first_failure([written, recorded])?;
     println!("{} parts: {}", args.parts.len(), record.summary());
     args.output.iter().for_each(|path| println!("wrote {}", path.display()));
     Ok(Exit::Done)

@@ -129,6 +129,11 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     seconds.load = begun.elapsed().as_secs_f64();
     let mut notes = scene.notes.clone();
     let (first_block, range) = args.keep.range(resumed.as_ref(), args.spp)?;
+    anyhow::ensure!(
+        resumed.is_none() || range.is_some() || args.spp.is_some() || args.time.or(args.error).is_some(),
+        "{}: begun with --time or --error and no number of samples to go on to: give --spp, --time or --error",
+        args.keep.name()
+    );
     let mut stops = stops(args, &scene, range, started, &mut notes);
     stops.time_s = stops.time_s.map(|t| (t - closing_s(window.pixel_count(), &outputs, aovs)).max(0.0));
 
@@ -141,10 +146,25 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     seconds.load += opened.prepare_s;
     notes.extend(opened.notes);
     notes.extend(source.describe().notes);
+    // A kernel with everything in it makes all layers.
+    let kept = source.aovs();
+    if kept != aovs {
+        if let Some(before) = resumed.as_ref().and_then(Header::aovs).filter(|before| *before != kept) {
+            anyhow::bail!(
+                "{}: begun with --aov {}, and this kernel, which has everything in it, keeps every layer; leave out --everything, or \
+                 render anew without --resume",
+                args.keep.name(),
+                before.list()
+            );
+        }
+        if !in_bands {
+            Film::check_memory(window.width, window.height, kept)?;
+        }
+    }
     let names = names(&scene, opened.origin);
     let whole = (scene.film.width, scene.film.height);
     let said = std::env::args().chain(notes.iter().cloned()).map(|text| text.len() + 1).sum();
-    let subject = output::bands::Subject { window, whole, aovs: source.aovs(), names: &names, look, said };
+    let subject = output::bands::Subject { window, whole, aovs: kept, names: &names, look, said };
     let whole_only = "checkpoints, parts and ranges keep the whole film: leave out --tiled, or give more --max-memory";
     anyhow::ensure!(!(args.tiled && keeps), whole_only);
     let rows = if in_bands {
@@ -163,11 +183,12 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     anyhow::ensure!(rows.is_none() || !keeps, whole_only);
     let mut device = source.describe();
     (seconds.compile, seconds.upload) = (device.compile_s, device.upload_s);
-    let begun_totals = Totals::of_film(&Film::new(0, 0, aovs, 0), None, 0.0, StoppedBy::Interrupt);
+    let begun_totals = Totals::of_film(&Film::new(0, 0, kept, 0), None, 0.0, StoppedBy::Interrupt);
     let record = make_record(args, &scene.film, &settings, &begun_totals, &device, seconds, Vec::new());
-    let identity = Identity::new(&scene, opened.fingerprint, &settings, &device);
-    let mut header =
-        Header { identity, window, first_block, wanted_blocks: stops.blocks, look, names: names.clone(), record };
+    let identity = Identity::new(&scene, opened.fingerprint, &Settings { aovs: kept, ..settings }, &device);
+    // A run that ends by time or error leaves the target as it was.
+    let wanted_blocks = stops.blocks.or(range);
+    let mut header = Header { identity, window, first_block, wanted_blocks, look, names: names.clone(), record };
     let (film, earlier) = args.keep.film(&header, args.adaptive, &mut notes)?.unzip();
     if let (Some(film), Some(wanted)) = (&film, stops.blocks)
         && film.spp() / u64::from(BLOCK_SAMPLES) >= wanted
@@ -201,7 +222,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
         }
         None => {
             let mut film = film.unwrap_or_else(|| {
-                let mut film = Film::over(window, source.aovs(), first_block);
+                let mut film = Film::over(window, kept, first_block);
                 if args.adaptive {
                     film.begin_adaptive();
                 }
@@ -250,19 +271,20 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     record.wall_s = earlier_s + started.elapsed().as_secs_f64();
     let begun = Instant::now();
     let written: Vec<PathBuf>;
-    match pictures {
+    let result = match pictures {
         Pictures::Begun(pictures) => {
-            pictures.finish(&record)?;
             written = outputs;
+            pictures.finish(&record)
         }
         Pictures::Film(outcome) => {
             let kept = args.keep.place().map(Path::to_owned);
             let parts: Vec<PathBuf> = kept.into_iter().chain(parts).collect();
             header.record = record.clone();
-            write_outputs(&parts, &outputs, &outcome.film, &header)?;
+            let result = write_outputs(&parts, &outputs, &outcome.film, &header);
             written = [parts, outputs].concat();
+            result
         }
-    }
+    };
     record.seconds.write += begun.elapsed().as_secs_f64();
     record.wall_s = earlier_s + started.elapsed().as_secs_f64();
     record.peak_host_bytes = record::peak_host_bytes();
@@ -273,9 +295,7 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
             limit >> 20
         ));
     }
-    if let Some(path) = &args.record {
-        record.write(path)?;
-    }
+    first_failure([result, args.record.as_ref().map_or(Ok(()), |path| record.write(path))])?;
     println!("{}", record.summary());
     written.iter().for_each(|path| println!("wrote {}", path.display()));
     if totals.stopped_by != StoppedBy::Interrupt {
@@ -303,7 +323,11 @@ fn names(scene: &Scene, origin: glam::DVec3) -> Names {
 
 /// Fails where an output could not be written, or its extension is none that is known.
 pub fn check_output(path: &Path) -> Result<(), Error> {
-    if part::is_part(path) { output::check(path) } else { output::check_picture(path) }
+    if part::is_part(path) {
+        return part::check(path);
+    }
+    Format::of(path).map_err(|_| Error::file(path, "not a known format: use .exr, .png, .hdr or .part"))?;
+    output::check(path)
 }
 
 /// Writes the parts, then the pictures. One that fails does not keep the others from being written: the first error is returned,
@@ -311,7 +335,12 @@ pub fn check_output(path: &Path) -> Result<(), Error> {
 pub fn write_outputs(parts: &[PathBuf], pictures: &[PathBuf], film: &Film, header: &Header) -> Result<(), Error> {
     let parts = parts.iter().map(|path| part::write(path, header, film));
     let pictures = pictures.iter().map(|path| output::write_picture(path, film, &header.record, header.look));
-    let mut failures = parts.chain(pictures).filter_map(Result::err);
+    first_failure(parts.chain(pictures))
+}
+
+/// The first error; further ones are said. All results are taken.
+pub fn first_failure(results: impl IntoIterator<Item = Result<(), Error>>) -> Result<(), Error> {
+    let mut failures = results.into_iter().filter_map(Result::err);
     let first = failures.next();
     failures.for_each(say);
     first.map_or(Ok(()), Err)

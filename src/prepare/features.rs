@@ -6,7 +6,7 @@ use super::Prepared;
 use super::pattern::{Node, Role, Structure};
 use super::records::*;
 use crate::camera;
-use crate::film::aov::{Aovs, GROUP_LIMIT};
+use crate::film::aov::{Aovs, GROUP_LIMIT, GROUPS};
 use crate::integrator::{Estimator, IntegratorKind, SamplerKind, Settings};
 use crate::light;
 use crate::{bsdf, texture};
@@ -149,7 +149,8 @@ impl Features {
     pub fn everything(mut self) -> Self {
         // More groups than slots hold are left out: no one asked for them.
         let groups = self.group_count;
-        self.aovs = Aovs::ALL.with_groups(if groups <= GROUP_LIMIT as u32 { groups } else { 0 });
+        let all = if groups <= GROUP_LIMIT as u32 { Aovs::ALL } else { Aovs::ALL.without(GROUPS) };
+        self.aovs = all.with_groups(groups);
         for flag in [
             &mut self.filter,
             &mut self.triangles,

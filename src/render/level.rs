@@ -65,6 +65,15 @@ mod tests {
     }
 
     #[test]
+    fn a_film_of_other_layers_is_refused() {
+        let film = Film::over(Tile::image(4, 3), Aovs::usual(), 0);
+        let stops = Stops { blocks: Some(4), time_s: None, error: None, started: Instant::now() };
+        let mut source = Noise { size: (4, 3), aovs: Aovs::NONE };
+        let error = render_film(&mut source, film, &stops, &|| false, &mut |_, _| Ok(())).unwrap_err().to_string();
+        assert!(error.contains("keeps albedo") && error.contains("with none"), "{error}");
+    }
+
+    #[test]
     fn a_film_that_has_enough_is_left_alone() {
         let window = Tile::image(4, 3);
         let whole = film(window, Aovs::NONE, 0..6);

@@ -166,6 +166,10 @@ fn render_by(
     interrupted: &dyn Fn() -> bool,
     observe: &mut dyn FnMut(&Progress, &Film) -> Result<(), Error>,
 ) -> Result<Outcome, Error> {
+    if film.aovs() != source.aovs() {
+        let (kept, made) = (film.aovs().list(), source.aovs().list());
+        return Err(Error::Usage(format!("a film that keeps {kept} takes no samples with {made}")));
+    }
     let since = |then: Instant| now().duration_since(then).as_secs_f64();
     let begun = now();
     let mut rays = if film.is_adaptive() { 0 } else { level::level(source, &mut film, interrupted)? };

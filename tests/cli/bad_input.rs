@@ -109,7 +109,7 @@ fn flags() {
         (&["--aov", "uv", "-o", "a.png"], &["--aov", ".exr"]),
         (&["--exposure", "1", "-o", "a.exr"], &["--exposure", ".png"]),
         (&["--tonemap", "none", "-o", "a.hdr"], &["--tonemap", ".png"]),
-        (&["-o", "a.tif"], &["a.tif", "use .exr, .png or .hdr"]),
+        (&["-o", "a.tif"], &["a.tif", "use .exr, .png, .hdr or .part"]),
     ];
     for (flags, words) in cases {
         let mut arguments = vec!["render", &cornell];

@@ -174,6 +174,60 @@ fn an_interrupted_render_goes_on() {
     }
 }
 
+/// A kernel with everything in it makes every layer, and its film is kept with all of them.
+#[test]
+fn everything_is_kept() {
+    let bench = Bench::new(devices().pop().unwrap());
+    bench.render(&["--everything", "--spp", "32", "-o", "./one.exr"]);
+    bench.render(&["--everything", "--spp", "16", "--checkpoint", "./kept", "-o", "./a.png"]);
+    bench.render(&["--everything", "--resume", "./kept", "--spp", "32", "-o", "./b.exr"]);
+    bench.same("one.exr", "b.exr");
+    bench.render(&["--everything", "--samples", "0..16", "-o", "./a.part"]);
+    bench.render(&["--everything", "--samples", "16..32", "-o", "./b.part"]);
+    bench.merge(&["b.part", "a.part"], &["m.exr"]);
+    bench.same("one.exr", "m.exr");
+    // A film with fewer layers cannot take those samples.
+    bench.render(&["--samples", "0..16", "-o", "./plain.part"]);
+    let flags = ["--everything", "--resume", "./plain.part", "--spp", "32", "-o", "./c.exr"];
+    match bench.device {
+        "cpu" => drop(bench.render(&flags)),
+        _ => bench.refuses(&flags, &["plain.part", "--aov albedo", "leave out --everything"]),
+    }
+}
+
+/// A run that ends by --time leaves the target as it was; without one there is nothing to go on to.
+#[test]
+fn the_target_is_remembered() {
+    let bench = Bench::new("cpu");
+    bench.render(&["--spp", "48", "--time", "0.001", "--checkpoint", "./kept", "-o", "./a.png"]);
+    bench.render(&["--resume", "./kept", "--time", "0.001", "-o", "./a.png"]);
+    let ran = bench.render(&["--resume", "./kept", "-o", "./a.png"]);
+    assert!(ran.stdout.contains("at 48 spp"), "{}", ran.stdout);
+    bench.render(&["--time", "0.001", "--checkpoint", "./timed", "-o", "./a.png"]);
+    bench.refuses(&["--resume", "./timed", "-o", "./a.png"], &["timed", "give --spp, --time or --error"]);
+    bench.render(&["--resume", "./timed", "--time", "0.001", "-o", "./a.png"]);
+    // What is short of its target is said where it is merged.
+    bench.render(&["--spp", "4096", "--time", "0.001", "-o", "./short.part"]);
+    let ran = bench.merge(&["short.part"], &["m.png"]);
+    assert!(ran.stderr.contains("not finished") && ran.stderr.contains("of 4096 samples"), "{}", ran.stderr);
+}
+
+/// A link stays a link to the checkpoint; what is no file is not waited for.
+#[cfg(unix)]
+#[test]
+fn links_and_pipes() {
+    let bench = Bench::new("cpu");
+    bench.render(&["--spp", "16", "--checkpoint", "./kept", "-o", "./a.png"]);
+    std::os::unix::fs::symlink(bench.path("kept"), bench.path("link")).unwrap();
+    bench.render(&["--resume", "./link", "--spp", "32", "-o", "./a.png"]);
+    assert!(Path::new(&bench.path("link")).is_symlink());
+    assert_eq!(steradian::output::part::read(bench.path("kept").as_ref()).unwrap().film.spp(), 32);
+    let pipe = bench.path("pipe.part");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    bench.refuses(&["--resume", "./pipe.part", "-o", "./a.png"], &["pipe.part", "no regular file"]);
+    refuses(&["merge", &pipe, "-o", &bench.path("m.png")], &["pipe.part", "no regular file"]);
+}
+
 /// What does not fit is refused by name, with both values.
 #[test]
 fn what_does_not_fit_is_refused() {
@@ -219,11 +273,11 @@ fn what_does_not_fit_is_refused() {
     bench.render(&["--samples", "48..64", "-o", "./d.part"]);
     bench.render(&["--samples", "16..32", "--seed", "5", "-o", "./seed.part"]);
     let (d, seed) = (bench.path("d.part"), bench.path("seed.part"));
-    refuses(&["merge", &a, &d, "-o", &out], &["samples 16..48 are missing", "a.part"]);
+    refuses(&["merge", &a, &d, "-o", &out], &["samples 16..48 are missing", "a.part", "--samples 16..48"]);
     refuses(&["merge", &a, &a, "-o", &out], &["overlap", "0..16"]);
     refuses(&["merge", &a, &seed, "-o", &out], &["seed.part: its --seed is 5", "a.part is 0", "one render"]);
     refuses(&["merge", &a, &b, "-o", &a], &["a.part", "another name"]);
-    refuses(&["merge", &a, &b, "-o", "m.tif"], &["m.tif"]);
+    refuses(&["merge", &a, &b, "-o", "m.tif"], &["m.tif", "or .part"]);
     refuses(&["merge", &a, "-o", "/no/such/folder/m.exr"], &["/no/such/folder/m.exr", "cannot write"]);
     refuses(&["merge", &a, &b], &["--output"]);
     refuses(&["merge", "-o", &out], &["PARTS"]);
@@ -272,7 +326,7 @@ fn a_full_disk_keeps_the_last_checkpoint() {
             .args(SIZE)
             .args(["--spp", "4096", "--checkpoint-every", "0.01", "--resume"])
             .arg(kept)
-            .args(["-o", &bench.path("b.png")])
+            .args(["-o", &bench.path("b.png"), "--record", &bench.path("b.json")])
             .output()
             .unwrap();
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -284,10 +338,12 @@ fn a_full_disk_keeps_the_last_checkpoint() {
         let folder = std::fs::read_dir(kept.parent().unwrap()).unwrap();
         let left = folder.filter(|f| f.as_ref().unwrap().file_name().to_string_lossy().ends_with(".tmp")).count();
         assert_eq!(left, 0, "half a file is not left behind");
-        assert!(Path::new(&bench.path("b.png")).exists(), "the picture is written nevertheless");
+        for name in ["b.png", "b.json"] {
+            assert!(Path::new(&bench.path(name)).exists(), "{name} is written nevertheless");
+        }
         steradian::output::part::read(kept).unwrap();
     };
-    check("trap '' XFSZ; ulimit -f 8; exec \"$@\"", "file too large", bench.path("kept").as_ref(), &before);
+    check("ulimit -f 8; exec \"$@\"", "file too large", bench.path("kept").as_ref(), &before);
     // And a disk that is really full, where one can be made.
     let disk = bench.dir.path().join("disk");
     std::fs::create_dir(&disk).unwrap();

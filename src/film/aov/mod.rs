@@ -196,8 +196,19 @@ impl Aovs {
         AOVS.iter().position(|a| a.name == name).map_or(self, |index| Self(self.0 | 1 << index))
     }
 
+    /// `name` left out.
+    pub fn without(self, name: &str) -> Self {
+        AOVS.iter().position(|a| a.name == name).map_or(self, |index| Self(self.0 & !(1 << index)))
+    }
+
     pub fn has(self, name: &str) -> bool {
         self == self.with(name)
+    }
+
+    /// As `--aov` takes it: names with commas, or none.
+    pub fn list(self) -> String {
+        let names: Vec<&str> = self.iter().map(|(_, a)| a.name).filter(|name| !name.is_empty()).collect();
+        if names.is_empty() { "none".into() } else { names.join(",") }
     }
 
     /// The same choice with room for `count` light groups, if it has their row at all.

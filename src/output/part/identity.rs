@@ -8,9 +8,12 @@ use crate::prepare::Prepared;
 use crate::scene::Scene;
 use crate::shader::tables;
 
+/// Version, and the hash of all sources that a sample can depend on: two builds may differ in their samples and not in their version.
+pub const PROGRAM: &str = concat!("steradian ", env!("CARGO_PKG_VERSION"), " of sources ", env!("STERADIAN_SOURCES"));
+
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {
-    /// Program and version.
+    /// Program, version and sources.
     pub program: String,
     /// Kind of device and its driver, without versions: "software llvmpipe".
     pub device_family: String,
@@ -33,9 +36,10 @@ pub enum Difference {
 }
 
 impl Identity {
+    /// `settings.aovs` are those that the film keeps: a kernel with everything in it keeps more than were asked for.
     pub fn new(scene: &Scene, fingerprint: String, settings: &Settings, device: &DeviceInfo) -> Self {
         Self {
-            program: concat!("steradian ", env!("CARGO_PKG_VERSION")).into(),
+            program: PROGRAM.into(),
             device_family: device.family.clone(),
             settings: settings_of(scene, settings),
             scene: fingerprint,
@@ -71,12 +75,11 @@ fn settings_of(scene: &Scene, settings: &Settings) -> Vec<(String, String)> {
     let Settings { integrator, estimator, sampler, max_depth, roulette_edge, seed, aovs, instancing } = *settings;
     let film = &scene.film;
     let crop = film.crop.map_or("none".into(), |c| format!("{},{},{},{}", c.x, c.y, c.x + c.width, c.y + c.height));
-    let layers: Vec<&str> = aovs.iter().map(|(_, a)| a.name).filter(|name| !name.is_empty()).collect();
     let list = [
         ("--seed", seed.to_string()),
         ("--size", format!("{}x{}", film.width, film.height)),
         ("--crop", crop),
-        ("--aov", if layers.is_empty() { "none".into() } else { layers.join(",") }),
+        ("--aov", aovs.list()),
         ("--sampler", keyword(sampler)),
         ("--integrator", keyword(integrator)),
         ("--estimator", keyword(estimator)),

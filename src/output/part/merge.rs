@@ -54,7 +54,12 @@ fn add(whole: &mut Part, next: Part) -> Result<(), Error> {
     let name = whole.path.display();
     let range = |r: &Range<u64>| format!("{}..{}", r.start, r.end);
     if after.start < before.end {
-        let message = format!("its samples {} overlap those of {name}, {}", range(&after), range(&before));
+        let message = format!(
+            "its samples {} overlap those of {name}, {}; leave one out, or render it anew with --samples {}..B",
+            range(&after),
+            range(&before),
+            before.end
+        );
         return Err(Error::file(&next.path, message));
     }
     let least = before.start + u64::from(whole.film.min_block_count() * BLOCK_SAMPLES);
@@ -67,7 +72,9 @@ fn add(whole: &mut Part, next: Part) -> Result<(), Error> {
         return Err(Error::file(&whole.path, message));
     }
     if after.start > before.end {
-        let message = format!("samples {}..{} are missing between {name} and it", before.end, after.start);
+        let gap = range(&(before.end..after.start));
+        let message =
+            format!("samples {gap} are missing between {name} and it; render them with --samples {gap} -o X.part");
         return Err(Error::file(&next.path, message));
     }
     whole.film.add_film(&next.film);

@@ -120,6 +120,19 @@ impl Header {
     }
 }
 
+/// Fails, with one sentence, where a part could not be written later.
+pub fn check(path: &Path) -> Result<(), Error> {
+    super::check(&behind_links(path))
+}
+
+/// A part that is a link stays one: its file is replaced.
+fn behind_links(path: &Path) -> PathBuf {
+    match path.is_symlink() {
+        true => path.canonicalize().unwrap_or_else(|_| path.to_owned()),
+        false => path.to_owned(),
+    }
+}
+
 /// Writes `film` with a header whose record says how the run stands; window, range, names, ledger and rays are the film's.
 pub fn write(path: &Path, header: &Header, film: &Film) -> Result<(), Error> {
     let mut header = header.clone();
@@ -131,7 +144,7 @@ pub fn write(path: &Path, header: &Header, film: &Film) -> Result<(), Error> {
     (record.relmse_est, record.relmse_est_exposure, record.relmse_est_trimmed) = (None, None, None);
     let json = serde_json::to_string(&header).map_err(|e| Error::file(path, format!("cannot write: {e}")))?;
     let room = " ".repeat(json.len().next_multiple_of(8) - json.len());
-    super::replace_durably(path, |file| {
+    super::replace_durably(&behind_links(path), |file| {
         let mut out = Seal::new(BufWriter::with_capacity(1 << 16, file));
         out.write_all(MAGIC)?;
         out.write_all(&VERSION.to_le_bytes())?;
@@ -184,6 +197,10 @@ impl Reader {
         if path.is_dir() {
             return Err(fault("cannot read: it is a directory"));
         }
+        // Opening a pipe would wait for a writer.
+        if !std::fs::metadata(path).map_err(io)?.is_file() {
+            return Err(fault("cannot read: it is no regular file"));
+        }
         let mut file = File::open(path).map_err(io)?;
         let length = file.metadata().map_err(io)?.len();
         let mut head = [0u8; HEAD_BYTES as usize];
@@ -216,6 +233,9 @@ impl Reader {
         let header: Header = serde_json::from_slice(&json).map_err(|e| lies(&format!("its header: {e}")))?;
         match header.fault() {
             Some(what) => Err(lies(what)),
+            None if Film::stored_bytes(header.window, header.aovs().unwrap_or_default()) > film_bytes => {
+                Err(lies("its size in pixels is more than its bytes can hold"))
+            }
             None => Ok(Self { input, header, film_bytes }),
         }
     }
