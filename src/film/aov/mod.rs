@@ -182,7 +182,8 @@ pub struct Aovs(u32);
 
 impl Aovs {
     pub const NONE: Self = Self(0);
-    pub const ALL: Self = Self((1 << AOVS.len()) - 1);
+    /// Every row but the colour's, the first, so that what is written as a list and read again is the same choice.
+    pub const ALL: Self = Self((1 << AOVS.len()) - 2);
     /// Where the number of light groups begins.
     const GROUPS_SHIFT: u32 = 24;
 
