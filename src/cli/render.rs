@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use steradian::error::Error;
 use steradian::film::Film;
-use steradian::film::aov::{Aovs, Names};
+use steradian::film::aov::{Aovs, GROUPS, Names};
 use steradian::film::slot::BLOCK_SAMPLES;
 use steradian::film::source::DeviceInfo;
 use steradian::gpu::renderer::KernelOptions;
@@ -117,7 +117,11 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
         (None, None) if has(Format::Exr) || !parts.is_empty() => Aovs::usual(),
         (None, None) => Aovs::NONE,
     };
-    let aovs = aovs.of_scene(&scene).map_err(anyhow::Error::msg)?;
+    // A kernel with everything in it makes every layer, and the scene's tables must have what they show. More groups than slots hold are left out.
+    let aovs = match args.kernel.everything() {
+        true => Aovs::ALL.of_scene(&scene).unwrap_or(Aovs::ALL.without(GROUPS)),
+        false => aovs.of_scene(&scene).map_err(anyhow::Error::msg)?,
+    };
     let of_film = scene.film.shutter.map_or(0.0, |s| s.exposure_ev());
     let look = Look { exposure_ev: args.exposure.unwrap_or(0.0) + of_film, tonemap: args.tonemap.unwrap_or_default() };
     let window = scene.film.window();
@@ -146,20 +150,19 @@ pub fn run(args: &Args, started: Instant) -> anyhow::Result<Exit> {
     seconds.load += opened.prepare_s;
     notes.extend(opened.notes);
     notes.extend(source.describe().notes);
-    // A kernel with everything in it makes all layers.
+    // Where the specialised kernel does not compile, one with everything in it takes its place.
     let kept = source.aovs();
-    if kept != aovs {
-        if let Some(before) = resumed.as_ref().and_then(Header::aovs).filter(|before| *before != kept) {
-            anyhow::bail!(
-                "{}: begun with --aov {}, and this kernel, which has everything in it, keeps every layer; leave out --everything, or \
-                 render anew without --resume",
-                args.keep.name(),
-                before.list()
-            );
-        }
-        if !in_bands {
-            Film::check_memory(window.width, window.height, kept)?;
-        }
+    if (kept != aovs || args.kernel.everything())
+        && let Some(before) = resumed.as_ref().and_then(Header::aovs).filter(|before| *before != kept)
+    {
+        anyhow::bail!(
+            "{}: begun with --aov {}, and a kernel with everything in it keeps every layer; leave out --everything, or render anew without --resume",
+            args.keep.name(),
+            before.list()
+        );
+    }
+    if kept != aovs && !in_bands {
+        Film::check_memory(window.width, window.height, kept)?;
     }
     let names = names(&scene, opened.origin);
     let whole = (scene.film.width, scene.film.height);

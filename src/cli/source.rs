@@ -34,6 +34,10 @@ pub struct KernelArgs {
 }
 
 impl KernelArgs {
+    pub fn everything(&self) -> bool {
+        self.everything
+    }
+
     pub fn options(&self) -> KernelOptions {
         KernelOptions { everything: self.everything, no_cache: self.no_cache, ..KernelOptions::default() }
     }
@@ -66,7 +70,7 @@ pub fn open<'a>(scene: &'a Scene, settings: &Settings, options: &Options) -> any
         Selected::Cpu { reason } => {
             notes.extend(reason);
             if options.kernel.everything || options.kernel.no_cache {
-                notes.push("the CPU reference has no kernel: --everything and --no-cache have no effect".into());
+                notes.push("the CPU reference has no kernel: --everything and --no-cache have no effect on it".into());
             }
             if prepared.placed_triangle_count() > u64::from(u32::MAX) {
                 anyhow::bail!(
