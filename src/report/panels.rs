@@ -61,8 +61,9 @@ pub fn draw(panels: &[Panel], frame: &Frame) -> Result<Option<String>, Failure> 
     let size = (frame.size.0 * columns as u32, frame.size.1 * rows as u32);
     let size = if frame.foot.is_empty() { size } else { (size.0.max(FOOT_WIDTH), size.1) };
     canvas(size, frame.foot, |root| {
-        for (cell, panel) in root.split_evenly((rows, columns)).iter().zip(&drawn) {
-            draw_panel(cell, panel, frame)?;
+        let names = |panel: &Panel| panel.lines.iter().map(|line| line.name.clone()).collect::<Vec<_>>();
+        for (i, (cell, panel)) in root.split_evenly((rows, columns)).iter().zip(&drawn).enumerate() {
+            draw_panel(cell, panel, frame, i == 0 || names(panel) != names(drawn[0]))?;
         }
         Ok(())
     })
@@ -91,7 +92,12 @@ pub fn canvas(
     Ok(text)
 }
 
-fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel, frame: &Frame) -> Result<(), Failure> {
+fn draw_panel(
+    area: &DrawingArea<SVGBackend, Shift>,
+    panel: &Panel,
+    frame: &Frame,
+    has_legend: bool,
+) -> Result<(), Failure> {
     let Some((xs, ys)) = ranges(panel) else { return Ok(()) };
     let mut chart = ChartBuilder::on(area)
         .caption(&panel.title, ("sans-serif", 16))
@@ -130,12 +136,16 @@ fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel, frame: &Fram
             .label(format!("slope {}", panel.guide.unwrap_or_default()))
             .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], GRAY));
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .border_style(RGBColor(200, 200, 200))
-        .background_style(WHITE.mix(0.8))
-        .draw()?;
+    if has_legend {
+        // Errors fall: the lower left is empty, but for the ticks.
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::LowerLeft)
+            .margin(14)
+            .border_style(RGBColor(200, 200, 200))
+            .background_style(WHITE.mix(0.8))
+            .draw()?;
+    }
     Ok(())
 }
 
