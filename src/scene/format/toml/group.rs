@@ -21,7 +21,9 @@ const DARK: &str = "names the light group of what this emits, and it emits nothi
 impl<'a> Builder<'a> {
     /// A note for every `[[material]]` that has a group and shines nowhere: neither by itself, nor by the power of a shape.
     pub fn note_dark_groups(&mut self, top: &Table<'a>) -> Result<(), Error> {
-        for item in top.tables("material")? {
+        // Not where `[material."Name"]` patches what a model brought.
+        let all = top.get("material").and_then(|item| item.get_ref().as_array());
+        for item in all.into_iter().flat_map(|array| array.iter()) {
             let DeValue::Table(entries) = item.get_ref() else { continue };
             let table = Table::over(self.source, keys::MATERIAL.name, item.span(), entries);
             let (Some(group), Some(name)) = (group(&table)?, table.text("name")?) else { continue };
