@@ -45,13 +45,13 @@ plot() {
 }
 
 bench() {
-    ./x bench --filter "$1" -o "$docs"
+    ./x bench --filter "$@" -o "$docs"
     splice "$docs/README.md" "$1" "$docs/$1.md"
 }
 
 tables() {
-    bench exponents
-    bench mis-bound
+    bench exponents --seeds 16
+    bench mis-bound --rounds 3
     bench estimate
 }
 
