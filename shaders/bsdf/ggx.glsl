@@ -75,7 +75,7 @@ vec3 ggx_sample_visible(Ggx g, vec3 o, vec2 u) {
     m_sincos(TWO_PI * u.x, s, c);
     float along = w.x * c + w.y * s;
     float across = w.y * c - w.x * s;
-    bool is_close = along < 0.0 && z < max(w.z, r - along);
+    bool is_close = along < 0.0 && z < r - along;
     float sum = is_close ? (z * (2.0 * w.z - z) + across * across) / (r - along) : r + along;
     return normalize(vec3(g.alpha * vec2(sum * c - across * s, sum * s + across * c), z));
 }

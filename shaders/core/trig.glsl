@@ -1,4 +1,4 @@
-// Trigonometry in f32 only; conventions and fits as in core/math.glsl, twin src/math/special.rs.
+// Trigonometry in f32 only; conventions and fits as in core/exp.glsl, twin src/math/special.rs.
 
 // sin and cos of |x| <= 12800 (n < 2^13 keeps the first two products exact); NaN beyond, which no kernel asks for.
 // pi/2 in three parts of 8, 11 and 24 bits (Cody and Waite 1980). Poly: sin 2^-27.2, cos 2^-32.

@@ -14,12 +14,6 @@ LightSample light_sample(PathState s, vec3 p) {
 }
 #endif
 
-#if HAS_BACKGROUND
-void add_background(inout PathState s) {
-    light_background(s);
-}
-#endif
-
 #if HAS_EMISSION
 void add_emission(inout PathState s, Surface surface, MaterialRecord material, float distance) {
     bool is_front = dot(surface.ng, s.ray.d) < 0.0;

@@ -50,6 +50,10 @@ EdgeEnd trace_media(Ray ray, uvec4 medium, uint excluded, uint path_hash, uint v
         bool closes = is_open && stops && !joins;
         bool is_change = media_current(e.medium) != media_current(e.beyond);
         bool is_end = closes ? is_change : stops && entry == 0u;
+        // The surface behind ALPHA_LAYERS others that are not there is taken as there.
+        bool is_far = !closes && !is_end && layer == ALPHA_LAYERS;
+        tally.alpha_overflow += is_far ? 1u : 0u;
+        is_end = is_end || is_far;
         // Absorption up to the place just closed, or to the end.
         float until = closes ? place : min(next.t, ray.t_max);
         Spectrum stretch = medium_transmittance(medium_row(media_current(e.medium)), until - absorbed);
@@ -61,7 +65,7 @@ EdgeEnd trace_media(Ray ray, uvec4 medium, uint excluded, uint path_hash, uint v
             e.outside = medium_eta(media_current(is_entered ? e.medium : e.beyond));
             e.medium = is_change ? e.medium : e.beyond;
         } else if (is_end) {
-            // A surface that bounds nothing, or none.
+            // A surface that bounds nothing, none, or one too many.
             e.hit = next;
             e.beyond = e.medium;
             e.touching = 0.0;
@@ -88,13 +92,10 @@ EdgeEnd trace_media(Ray ray, uvec4 medium, uint excluded, uint path_hash, uint v
                 place = opens ? next.t : place;
                 is_open = true;
             }
-            bool is_far = layer == ALPHA_LAYERS;
-            tally.alpha_overflow += is_far ? 1u : 0u;
             layer += 1u;
-            is_searching = !is_far;
             next = trace_closest_from(ray, next.t, next.primitive);
         }
-        is_searching = is_searching && !is_end;
+        is_searching = !is_end;
     }
     return e;
 }

@@ -35,7 +35,7 @@ bool integrator_step(inout PathState s, inout Tally tally) {
     }
 #if HAS_BACKGROUND
     if (!is_hit) {
-        add_background(s);
+        light_background(s);
     }
 #endif
     return goes_on;

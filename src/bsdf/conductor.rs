@@ -14,8 +14,8 @@ pub const MODEL: Model = Model {
     keyword: "conductor",
     glsl_type: "Conductor",
     inputs: &[
-        Input::color("eta", [0.2, 0.92, 1.1], (0.0, 100.0), "real part of the index of refraction"),
-        Input::color("k", [3.9, 2.45, 2.14], (0.0, 100.0), "imaginary part of the index of refraction"),
+        Input::color("eta", [0.2, 0.92, 1.1], (0.0, 100.0), "real part of the index of refraction").index(),
+        Input::color("k", [3.9, 2.45, 2.14], (0.0, 100.0), "imaginary part of the index of refraction").index(),
         Input::scalar("roughness", 0.1, (0.0, 1.0), "0 smooth, 1 rough; GGX alpha = roughness^2"),
         Input::scalar("roughness_y", -1.0, (-1.0, 1.0), "roughness along the bitangent; -1: the same as roughness"),
         Input::scalar(

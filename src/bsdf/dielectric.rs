@@ -24,8 +24,9 @@ pub const MODEL: Model = Model {
             "eta",
             1.5,
             (0.1, 10.0),
-            "index of refraction, interior over exterior; within 1e-4 of 1 the surface is not there",
-        ),
+            "index of refraction of the interior, air being 1; within 1e-4 of that in front the surface is not there",
+        )
+        .index(),
         Input::scalar("roughness", 0.0, (0.0, 1.0), "0 smooth, 1 rough; GGX alpha = roughness^2"),
         Input::scalar("roughness_y", -1.0, (-1.0, 1.0), "roughness along the bitangent; -1: the same as roughness"),
         Input::scalar(

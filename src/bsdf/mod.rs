@@ -61,15 +61,23 @@ pub struct Input {
     pub range: (f64, f64),
     /// Unit and meaning, for docs/scene.md.
     pub doc: &'static str,
+    /// An index of refraction, real or imaginary part: relative to vacuum in a scene, divided by that of the medium in front in a kernel. The first
+    /// of a model that lets light through is that of the medium behind its surfaces.
+    pub is_index: bool,
 }
 
 impl Input {
+    /// The same, and an index of refraction.
+    pub const fn index(self) -> Self {
+        Self { is_index: true, ..self }
+    }
+
     pub const fn scalar(name: &'static str, default: f64, range: (f64, f64), doc: &'static str) -> Self {
-        Self { name, kind: InputKind::Scalar, default: [default; 3], range, doc }
+        Self { name, kind: InputKind::Scalar, default: [default; 3], range, doc, is_index: false }
     }
 
     pub const fn color(name: &'static str, default: [f64; 3], range: (f64, f64), doc: &'static str) -> Self {
-        Self { name, kind: InputKind::Color, default, range, doc }
+        Self { name, kind: InputKind::Color, default, range, doc, is_index: false }
     }
 }
 
@@ -211,9 +219,14 @@ mod tests {
                 for table in ["ggx_albedo", "dielectric_deficit"] {
                     source += &format!("uvec4 {table}_row(uint i) {{ return texelFetch(table, int(i)); }}\n");
                 }
-                for file in
-                    ["core/math.glsl", "core/trig.glsl", "core/frame.glsl", "core/warp.glsl", "bsdf/common.glsl"]
-                {
+                for file in [
+                    "core/math.glsl",
+                    "core/exp.glsl",
+                    "core/trig.glsl",
+                    "core/frame.glsl",
+                    "core/warp.glsl",
+                    "bsdf/common.glsl",
+                ] {
                     source += &text(file);
                 }
                 for shared in model.shared_with(is_on) {

@@ -25,7 +25,7 @@ pub const MODEL: Model = Model {
             (0.0, 1.0),
             "of the coat: 0 smooth (varnish), 0.2 to 0.4 semi-gloss paint, 1 rough; GGX alpha = roughness^2",
         ),
-        Input::scalar("eta", 1.5, (1.0, 3.0), "index of refraction of the coat over that outside"),
+        Input::scalar("eta", 1.5, (1.0, 3.0), "index of refraction of the coat, air being 1").index(),
     ],
     transmits: false,
     transmission_input: None,

@@ -10,7 +10,7 @@ pub const MODEL: Model = Model {
     keyword: "thin_dielectric",
     glsl_type: "ThinDielectric",
     inputs: &[
-        Input::scalar("eta", 1.5, (0.1, 10.0), "index of refraction of the pane over its surroundings"),
+        Input::scalar("eta", 1.5, (0.1, 10.0), "index of refraction of the pane, air being 1").index(),
         Input::color("tint", [1.0; 3], (0.0, 1.0), "factor on the transmitted light, linear RGB"),
     ],
     transmits: true,

@@ -13,7 +13,8 @@ use super::{Exit, bench_error, say};
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// Scene files to time in `samples`, at their own size and depth [default: the Cornell box of scenes/peer_a.toml]
+    /// Scene files for `samples`, at their own size and depth [default: the Cornell box of scenes/peer_a.toml], and for the benches of
+    /// errors [default: scenes of the repository]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     /// auto, an index of `steradian devices`, or part of a name

@@ -4,14 +4,15 @@
 use std::path::Path;
 
 use steradian::error::Error;
+use steradian::film::slot::BLOCK_SAMPLES;
 use steradian::film::source::DeviceInfo;
 use steradian::gpu::Device;
 use steradian::gpu::renderer::{KernelOptions, Renderer};
-use steradian::integrator::{Estimator, SamplerKind, Settings};
+use steradian::integrator::{Estimator, SamplerKind};
 use steradian::output::write_atomically;
 use steradian::prepare;
 use steradian::report::provenance::Provenance;
-use steradian::report::replicates::resized;
+use steradian::report::replicates::{self, resized};
 use steradian::report::{coverage, exponents, mis_bound, overhead};
 use steradian::scene::{self, Scene, format::toml};
 
@@ -77,7 +78,7 @@ fn scenes(args: &Args, texts: &[Text]) -> anyhow::Result<Vec<Scene>> {
     Ok(list)
 }
 
-/// Prints the table and writes it, its data, and figures.
+/// Prints the table and writes it, and its data.
 fn publish(
     args: &Args,
     name: &str,
@@ -99,7 +100,7 @@ fn publish(
 }
 
 fn run_coverage(args: &Args, device: &Device) -> anyhow::Result<bool> {
-    let seeds = args.seeds.unwrap_or(COVERAGE_SEEDS).max(2);
+    let seeds = args.seeds.unwrap_or(COVERAGE_SEEDS);
     let mut rows = Vec::new();
     let mut info = DeviceInfo::default();
     for scene in scenes(args, &[CORNELL, VEACH, METALS, CAUSTIC])? {
@@ -172,18 +173,25 @@ fn run_exponents(args: &Args, device: &Device) -> anyhow::Result<bool> {
 }
 
 fn run_mis_bound(args: &Args, device: &Device) -> anyhow::Result<bool> {
-    let rounds = (args.rounds() as u32).max(2);
-    let mut holds = true;
+    let rounds = u32::try_from(args.rounds()).unwrap_or(u32::MAX).max(2);
+    let mut reports = Vec::new();
+    let mut info = DeviceInfo::default();
     for scene in scenes(args, &[VEACH])? {
-        say(format_args!("{}: {rounds} rounds of {} spp of each technique", scene.name, MIS_BLOCKS * 16));
-        let (report, info) = mis_bound::measure(device, &scene, MIS_BLOCKS, rounds)?;
+        say(format_args!(
+            "{}: {rounds} rounds of {} spp of each technique",
+            scene.name,
+            MIS_BLOCKS * u64::from(BLOCK_SAMPLES)
+        ));
+        let (report, of) = mis_bound::measure(device, &scene, MIS_BLOCKS, rounds)?;
+        info = of;
         if args.json {
             println!("{}", serde_json::to_string(&report)?);
         }
-        let seeds = format!("1 to {rounds}");
-        publish(args, "mis-bound", (&info, &seeds), &mis_bound::markdown(&report), &mis_bound::csv(&report))?;
-        holds &= report.holds;
+        reports.push(report);
     }
+    let seeds = format!("1 to {rounds}");
+    publish(args, "mis-bound", (&info, &seeds), &mis_bound::markdown(&reports), &mis_bound::csv(&reports))?;
+    let holds = reports.iter().all(|report| report.holds);
     if !holds {
         say("mis-bound: a surface is outside the bound, or a single technique is better at equal time");
     }
@@ -197,8 +205,7 @@ fn run_estimate(args: &Args, device: &Device) -> anyhow::Result<bool> {
         if args.scenes.is_empty() {
             (scene.film.width, scene.film.height) = (640, 480);
         }
-        let max_depth = scene.film.max_depth.unwrap_or(Settings::default().max_depth);
-        let settings = Settings { max_depth, ..Settings::default() };
+        let settings = replicates::settings(&scene);
         let prepared = prepare::prepare(&scene, &settings)?;
         let mut renderer = Renderer::new(device, &prepared, &settings, &KernelOptions::default())?;
         say(format_args!("{}: {ESTIMATE_S} s", scene.name));

@@ -125,14 +125,8 @@ impl KeepArgs {
         if let Some(said) = said {
             anyhow::bail!("{name}: {said}; give it the same, or render anew without --resume");
         }
-        for (what, before, now) in [
-            ("kernel", &theirs.record.kernel_hash, &ours.record.kernel_hash),
-            ("driver", &theirs.record.driver, &ours.record.driver),
-            ("device", &theirs.record.device, &ours.record.device),
-        ] {
-            if before != now {
-                notes.push(format!("{name} goes on with {what} {now} after {before}: not to the bit of one run"));
-            }
+        for (what, before, now) in theirs.record.other_device(&ours.record) {
+            notes.push(format!("{name} goes on with {what} {now} after {before}: not to the bit of one run"));
         }
         let spp = part.film.spp();
         notes.push(format!("goes on from {name} at {spp} samples a pixel; its seconds are counted in"));

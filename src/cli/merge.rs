@@ -25,7 +25,7 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<Exit> {
     let begun = Instant::now();
     for path in &args.output {
-        super::render::check_output(path)?;
+        files::check_output(path)?;
     }
     if let Some(path) = &args.record {
         output::check(path)?;
@@ -46,10 +46,11 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
             .notes
             .push("the last part was interrupted: some pixels have fewer samples than others".into());
     }
-    if let Some(wanted) = whole.header.wanted_blocks.map(|n| n * u64::from(BLOCK_SAMPLES))
-        && film.spp() < wanted
+    if let Some(wanted) = whole.header.wanted_blocks
+        && film.blocks_done() < wanted
     {
-        let note = format!("the last part is not finished: {} of {wanted} samples a pixel are there", film.spp());
+        let [done, wanted] = [film.blocks_done(), wanted].map(|blocks| blocks * u64::from(BLOCK_SAMPLES));
+        let note = format!("the last part is not finished: {done} of {wanted} samples a pixel are there");
         whole.header.record.notes.push(note);
     }
     let error = estimate::from_film(film);
@@ -65,9 +66,9 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     record.wall_s += begun.elapsed().as_secs_f64();
     let record = whole.header.record.clone();
     let (parts, pictures): (Vec<_>, Vec<_>) = args.output.iter().cloned().partition(|path| part::is_part(path));
-    let written = super::render::write_outputs(&parts, &pictures, film, &whole.header);
+    let written = files::write_outputs(&parts, &pictures, film, &whole.header);
     let recorded = args.record.as_ref().map_or(Ok(()), |path| record.write(path));
-    super::render::first_failure([written, recorded])?;
+    files::first_failure([written, recorded])?;
     println!("{} parts: {}", args.parts.len(), record.summary());
     args.output.iter().for_each(|path| println!("wrote {}", path.display()));
     Ok(Exit::Done)

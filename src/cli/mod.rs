@@ -96,7 +96,7 @@ pub fn run(started: Instant) -> anyhow::Result<Exit> {
         Err(error) if error.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
         Err(error) => anyhow::bail!(one_sentence(&error)),
     };
-    interrupt::ignore_file_limit();
+    interrupt::survive_file_limit()?;
     let exit = match cli.command {
         Command::Render(args) => render::run(&args, started),
         Command::Devices(args) => devices::run(&args),

@@ -13,7 +13,7 @@ use steradian::reference;
 use steradian::reference::replay::Replay;
 use steradian::scene::Scene;
 
-/// What `render` and `bench` ask of a device.
+/// What a command asks of a device.
 #[derive(Default)]
 pub struct Options<'a> {
     pub device: &'a str,

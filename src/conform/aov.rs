@@ -11,7 +11,7 @@ use super::subject::Subject;
 use crate::error::Error;
 use crate::film::Film;
 use crate::film::aov::layout::Entry;
-use crate::film::aov::{AOVS, Aovs, GROUPS, Layout, Source};
+use crate::film::aov::{AOVS, Aovs, GROUPS, Layout, Source, index_of};
 use crate::film::slot::BLOCK_SAMPLES;
 use crate::integrator::{Estimator, Settings};
 use crate::metric::stats::{Moments, sidak, welch_t};
@@ -87,8 +87,7 @@ const SUM_ROUNDING: f64 = 66.0 / (1 << 24) as f64;
 
 /// Pixels whose direct and indirect light, or whose light groups, are not all of it, or whose ids are not as many as its samples.
 fn wrong_sums(film: &Film) -> usize {
-    let index = |name: &str| AOVS.iter().position(|a| a.name == name).unwrap_or(0);
-    let (direct, indirect) = (index("direct"), index("indirect"));
+    let (direct, indirect) = (index_of("direct"), index_of("indirect"));
     let groups = 0..film.aovs().group_count() as usize;
     let is_wrong = |pixel: usize| {
         let radiance = film.mean(pixel);
@@ -99,10 +98,10 @@ fn wrong_sums(film: &Film) -> usize {
             })
         };
         let part = |index: usize, part: usize| film.part_mean(index, part, pixel).unwrap_or([f64::NAN; 3]);
-        let by_group: Vec<[f64; 3]> = groups.clone().map(|g| part(index(GROUPS), g)).collect();
+        let by_group: Vec<[f64; 3]> = groups.clone().map(|g| part(index_of(GROUPS), g)).collect();
         let is_whole = adds_up(&[part(direct, 0), part(indirect, 0)]) && adds_up(&by_group);
         let samples = film.block_count(pixel) * BLOCK_SAMPLES;
-        let counted = [index("object"), index("material")].iter().all(|&k| {
+        let counted = [index_of("object"), index_of("material")].iter().all(|&k| {
             let total: u32 = film.ids(k, pixel).map(|(_, count)| count).sum();
             total == samples
         });
@@ -193,7 +192,7 @@ mod tests {
             let all = render::film(Independent::new(&scene), settings, 2);
             let two =
                 render::film(Independent::new(&scene), Settings { max_depth: 2, aovs: Aovs::NONE, ..settings }, 2);
-            let index = AOVS.iter().position(|a| a.name == "direct").unwrap();
+            let index = index_of("direct");
             for p in 0..all.pixel_count() {
                 assert_eq!(all.aov_mean(index, p).unwrap(), two.mean(p), "{} {p}", scene.name);
             }
@@ -212,7 +211,7 @@ mod tests {
                     render::film(Independent::new(&scene), settings, 2),
                     render::film(Replay::new(prepared, &settings), settings, 2),
                 ];
-                let index = AOVS.iter().position(|a| a.name == GROUPS).unwrap();
+                let index = index_of(GROUPS);
                 let groups = scene.light_groups();
                 assert!(groups.len() > 1, "{}", scene.name);
                 for film in films {

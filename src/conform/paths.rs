@@ -113,8 +113,9 @@ pub fn rows(subject: &Subject, filter: &str, scale: Scale, seen: &(dyn Fn(&GateR
         if is_wanted(Gate::Images, &name, filter) {
             let verdict = if fault.is_some() { Verdict::Fail } else { Verdict::Skip };
             let (evidence, bound) = (fault.unwrap_or("skipped: no assets".to_owned()), "STERADIAN_ASSETS".to_owned());
-            rows.push(GateRow { gate: Gate::Images, name, verdict, evidence, bound });
-            rows.iter().skip(rows.len() - 1).for_each(seen);
+            let row = GateRow { gate: Gate::Images, name, verdict, evidence, bound };
+            seen(&row);
+            rows.push(row);
         }
     }
     for row in models::rows(subject, filter) {

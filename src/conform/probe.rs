@@ -55,8 +55,8 @@ pub struct Probe {
 }
 
 /// The shared files of shaders/core.
-pub const CORE: [&str; 5] =
-    ["core/math.glsl", "core/trig.glsl", "core/random.glsl", "core/frame.glsl", "core/warp.glsl"];
+pub const CORE: [&str; 6] =
+    ["core/math.glsl", "core/exp.glsl", "core/trig.glsl", "core/random.glsl", "core/frame.glsl", "core/warp.glsl"];
 
 impl Probe {
     fn new(name: &str, glsl: &str, inputs: usize, outputs: usize, generate: Generate, check: Check) -> Self {

@@ -6,7 +6,7 @@ use super::report::{Gate, GateRow};
 use super::subject::Subject;
 use crate::error::Error;
 use crate::film::Film;
-use crate::film::aov::{AOVS, Aovs, GROUPS};
+use crate::film::aov::{self, Aovs, GROUPS};
 use crate::film::slot::BLOCK_SAMPLES;
 use crate::integrator::{Estimator, Settings};
 use crate::metric::stats::{Moments, normal_quantile, sidak, welch_t};
@@ -48,14 +48,22 @@ fn alone(scene: &Scene, group: &str) -> Scene {
     alone
 }
 
-/// Means over each square and channel of one block's film; of a light group, or of all light.
-fn block_means(film: &Film, part: Option<usize>) -> Vec<f64> {
-    let (w, h) = (film.width() as usize, film.height() as usize);
-    let columns = w.div_ceil(SIDE);
-    let index = AOVS.iter().position(|a| a.name == GROUPS).unwrap_or(0);
-    let mut sums = vec![0.0; columns * h.div_ceil(SIDE) * 3];
+fn square_count(film: &Film) -> usize {
+    (film.width() as usize).div_ceil(SIDE) * (film.height() as usize).div_ceil(SIDE)
+}
+
+/// Number of the square that a pixel lies in.
+fn square_of(pixel: usize, film: &Film) -> usize {
+    let width = film.width() as usize;
+    pixel / width / SIDE * width.div_ceil(SIDE) + pixel % width / SIDE
+}
+
+/// Sums over each square and channel of one block's film; of a light group, or of all light.
+fn block_sums(film: &Film, part: Option<usize>) -> Vec<f64> {
+    let index = aov::index_of(GROUPS);
+    let mut sums = vec![0.0; square_count(film) * 3];
     for pixel in 0..film.pixel_count() {
-        let square = pixel / w / SIDE * columns + pixel % w / SIDE;
+        let square = square_of(pixel, film);
         let value = match part {
             Some(part) => film.part_mean(index, part, pixel).unwrap_or([f64::NAN; 3]),
             None => film.mean(pixel),
@@ -75,8 +83,8 @@ pub fn groups_row(subject: &Subject, scene: &Scene, spp: u32) -> Result<GateRow,
     for (part, name) in names.iter().enumerate() {
         let settings = Settings { seed: 1 + part as u32, ..images::settings(Estimator::Mis) };
         let lone = subject.films(&alone(scene, name), &settings, blocks)?;
-        let a: Vec<Vec<f64>> = all.iter().map(|film| block_means(film, Some(part))).collect();
-        let b: Vec<Vec<f64>> = lone.iter().map(|film| block_means(film, None)).collect();
+        let a: Vec<Vec<f64>> = all.iter().map(|film| block_sums(film, Some(part))).collect();
+        let b: Vec<Vec<f64>> = lone.iter().map(|film| block_sums(film, None)).collect();
         let of = |means: &[Vec<f64>], k: usize| Moments::of(means.iter().map(|m| m[k]));
         pairs.extend((0..a[0].len()).map(|k| (part, of(&a, k), of(&b, k))));
     }
@@ -104,11 +112,9 @@ pub fn groups_row(subject: &Subject, scene: &Scene, spp: u32) -> Result<GateRow,
 
 /// Sums over each square and channel: mean and variance of the mean.
 fn squares(film: &Film) -> Vec<(f64, f64)> {
-    let (w, h) = (film.width() as usize, film.height() as usize);
-    let columns = w.div_ceil(SIDE);
-    let mut sums = vec![(0.0, 0.0); columns * h.div_ceil(SIDE) * 3];
+    let mut sums = vec![(0.0, 0.0); square_count(film) * 3];
     for pixel in 0..film.pixel_count() {
-        let square = pixel / w / SIDE * columns + pixel % w / SIDE;
+        let square = square_of(pixel, film);
         for channel in 0..3 {
             let sum = &mut sums[3 * square + channel];
             sum.0 += film.mean(pixel)[channel];

@@ -34,7 +34,7 @@
 //!
 //! What is not covered: which m a render ends at, by `--time` or `--error`, depends on its samples as it does without this. Errors of
 //! neighbours may be correlated in the second order: each had a say in the other's count. Measured: docs/adaptive.md. Tests:
-//! render/adaptive/tests.rs.
+//! film/adaptive/tests.rs.
 
 mod store;
 
@@ -92,6 +92,11 @@ impl Film {
         let samples = |blocks: u32| u64::from(blocks) * u64::from(BLOCK_SAMPLES);
         let (fewest, most) = (self.min_block_count(), self.max_block_count());
         self.is_adaptive().then(|| Spread { fewest_spp: samples(fewest), most_spp: samples(most) })
+    }
+
+    /// Blocks of every pixel, or where sampling is adaptive of a pixel on average. A source that was stopped may have left out some.
+    pub fn blocks_done(&self) -> u64 {
+        self.adaptive.as_ref().map_or(u64::from(self.min_block_count()), |adaptive| adaptive.mean())
     }
 
     /// Samples a pixel: the fewest of any, or where sampling is adaptive the mean, rounded down.
@@ -173,8 +178,9 @@ impl Adaptive {
         while self.mean < mean {
             let next = mean.min(self.epoch_end());
             let counts = self.counts(next);
-            stats += self.take(source, film, &counts, stop)?;
-            if stop() {
+            let (taken, is_complete) = self.take(source, film, &counts, stop)?;
+            stats += taken;
+            if !is_complete {
                 break;
             }
             self.mean = next;
@@ -238,14 +244,15 @@ impl Adaptive {
         (0..self.pixel_count).into_par_iter().map(|p| count(p, scales[colour_of(p, self.width)])).collect()
     }
 
-    /// Renders what pixels lack of `counts`, and notes their statistics where they pass a floor to come.
+    /// Renders what pixels lack of `counts`, and notes their statistics where they pass a floor to come. False where it was stopped before
+    /// the last.
     fn take(
         &mut self,
         source: &mut dyn SampleSource,
         film: &mut Film,
         counts: &[u32],
         stop: &dyn Fn() -> bool,
-    ) -> Result<PassStats, Error> {
+    ) -> Result<(PassStats, bool), Error> {
         let mut stats = PassStats::default();
         loop {
             // No further than the next floor at once.
@@ -256,12 +263,12 @@ impl Adaptive {
             };
             let spans: Vec<Span> = (0..self.pixel_count).into_par_iter().filter_map(span).collect();
             if spans.is_empty() {
-                return Ok(stats);
+                return Ok((stats, true));
             }
             stats += source.render_spans(&spans, film, stop)?;
             spans.iter().for_each(|s| self.note(film, s.pixel as usize));
             if stop() {
-                return Ok(stats);
+                return Ok((stats, false));
             }
         }
     }

@@ -7,6 +7,7 @@
 //! Memory a pixel: 100 bytes (`Film::BYTES_A_PIXEL`), and what the AOVs take (`aov::Layout`): 64 more for the usual ones. Tests:
 //! film/tests.rs.
 
+pub mod adaptive;
 pub mod aov;
 pub mod dd;
 pub mod exposure;
@@ -25,7 +26,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::render::adaptive::Adaptive;
+use adaptive::Adaptive;
 use aov::layout::{IdCounts, Layout};
 use aov::{Aovs, Names};
 use dd::Dd;
@@ -81,7 +82,7 @@ pub struct Film {
     ledger: Ledger,
     ray_count: u64,
     /// What decides over the blocks to come, where sampling is adaptive.
-    pub(crate) adaptive: Option<Box<Adaptive>>,
+    adaptive: Option<Box<Adaptive>>,
 }
 
 impl Film {

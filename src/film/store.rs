@@ -5,11 +5,11 @@
 
 use std::io::{self, Read, Write};
 
+use super::adaptive::Adaptive;
 use super::aov::Aovs;
 use super::aov::layout::{IdCounts, Layout};
 use super::slot::BLOCK_SAMPLES;
 use super::{Film, PixelSums, Tile};
-use crate::render::adaptive::Adaptive;
 
 const _: () = assert!(cfg!(target_endian = "little"), "films are stored as they are in memory");
 

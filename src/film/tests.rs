@@ -157,7 +157,7 @@ fn aovs_are_means_and_depth_is_over_hits() {
     let aovs = Aovs::usual().with("object");
     let mut film = Film::new(2, 1, aovs, 0);
     film.add_tile(tile, 0..4, &rows(2, tile, 0..4, aovs));
-    let index = |name: &str| AOVS.iter().position(|a| a.name == name).unwrap();
+    let index = aov::index_of;
     for (name, mean) in [("albedo", [0.25; 3]), ("normal", [0.0, 1.0, 0.0]), ("depth", [3.0, 0.0, 0.0])] {
         assert_eq!(film.aov_mean(index(name), 1), Some(mean), "{name}");
     }

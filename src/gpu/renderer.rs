@@ -4,6 +4,7 @@
 //! seen soon and no dispatch runs into a driver's time limit.
 
 mod list;
+mod retake;
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -11,7 +12,7 @@ use std::time::Instant;
 
 use crate::error::Error;
 use crate::film::aov::{Aovs, Layout};
-use crate::film::slot::{self, BLOCK_SAMPLES, SLOT_ROWS};
+use crate::film::slot::{BLOCK_SAMPLES, SLOT_ROWS};
 use crate::film::source::{DeviceInfo, PassStats, SampleSource};
 use crate::film::spans::Span;
 use crate::film::{Film, Tile};
@@ -28,8 +29,6 @@ use crate::shader::compile::{Edit, compile};
 const DISPATCH_S: f64 = 0.25;
 /// Slots of the first dispatch, before any rate is known.
 const FIRST_SLOTS: usize = 8 * 1024;
-/// One slot in so many may be taken again sample by sample; with more, all are.
-const CUT_SHARE: usize = 64;
 /// Bytes of the slots' buffer.
 const SLOT_BYTES: usize = 32 << 20;
 
@@ -195,7 +194,8 @@ impl Renderer {
         self.name_objects(&mut rows);
         let cut = self.cut_slots(&rows);
         if self.takes_singles {
-            return self.render_joined(tile, blocks);
+            let (rows, again) = self.render_joined(tile, blocks)?;
+            return Ok((rows, time + again));
         }
         let pixels = tile.pixel_count();
         for index in cut {
@@ -206,39 +206,6 @@ impl Renderer {
             rows[index * self.slot_rows..][..self.slot_rows].copy_from_slice(&slot);
             time += seconds;
         }
-        Ok((rows, time))
-    }
-
-    /// Slots in which the driver ended loops, to be taken again; where they are many, every sample shall have its own invocation.
-    fn cut_slots(&mut self, rows: &[[u32; 4]]) -> Vec<usize> {
-        let is_cut = |slot: &[[u32; 4]]| slot::LEDGER_CUT.read(&bytemuck::cast([slot[0], slot[1]])) > 0;
-        let cut: Vec<usize> =
-            (rows.chunks_exact(self.slot_rows).enumerate().filter(|s| is_cut(s.1))).map(|(index, _)| index).collect();
-        if cut.len() * CUT_SHARE > rows.len() / self.slot_rows {
-            self.takes_singles = true;
-            let note = "the driver ends loops after 65535 passes, and paths here need more: each sample has its own invocation";
-            self.notes.push(note.to_owned());
-        }
-        cut
-    }
-
-    /// The same rows as `render_tile`, from slots of single samples.
-    fn render_joined(&mut self, tile: Tile, blocks: Range<u64>) -> Result<(Vec<[u32; 4]>, f64), Error> {
-        let samples = BLOCK_SAMPLES as usize;
-        let (mut rows, mut time) = (Vec::new(), 0.0);
-        for block in blocks {
-            let first = block * BLOCK_SAMPLES as u64;
-            for part in bands(tile, self.capacity() / samples) {
-                let (singles, seconds) = self.render_singles(part, first..first + samples as u64)?;
-                let (pixels, width) = (part.pixel_count(), self.slot_rows);
-                for pixel in 0..pixels {
-                    let of_pixel = |k: usize| singles[(k * pixels + pixel) * width..][..width].iter().copied();
-                    rows.extend(slot::joined(&(0..samples).flat_map(of_pixel).collect::<Vec<_>>(), self.aovs));
-                }
-                time += seconds;
-            }
-        }
-        self.name_objects(&mut rows);
         Ok((rows, time))
     }
 
@@ -307,23 +274,6 @@ impl Renderer {
     fn capacity(&self) -> usize {
         self.slots.bytes() as usize / (self.slot_rows * 16)
     }
-}
-
-/// Parts of a tile of at most `limit` pixels, whose pixels in order are those of the tile.
-fn bands(tile: Tile, limit: usize) -> Vec<Tile> {
-    let width = (limit as u32).clamp(1, tile.width);
-    // A part is as wide as the tile or one row high.
-    let height = if width < tile.width { 1 } else { (limit as u32 / tile.width).clamp(1, tile.height) };
-    let rows = (0..tile.height).step_by(height as usize);
-    let parts = rows.flat_map(|y| (0..tile.width).step_by(width as usize).map(move |x| (x, y)));
-    parts
-        .map(|(x, y)| Tile {
-            x: tile.x + x,
-            y: tile.y + y,
-            width: width.min(tile.width - x),
-            height: height.min(tile.height - y),
-        })
-        .collect()
 }
 
 /// First row of a slot's object ids.
@@ -395,40 +345,5 @@ impl SampleSource for Renderer {
             upload_s: self.stats.upload_s,
             notes: self.notes.clone(),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::gpu::{Choice, Options};
-    use crate::prepare::prepare;
-    use crate::reference::scenes;
-
-    #[test]
-    fn bands_hold_the_tile_in_order() {
-        let tile = Tile { x: 3, y: 5, width: 7, height: 4 };
-        for limit in [1, 3, 7, 8, 15, 100] {
-            let mut pixels = Vec::new();
-            for part in bands(tile, limit) {
-                assert!(part.pixel_count() <= limit);
-                pixels.extend((0..part.height).flat_map(|y| (0..part.width).map(move |x| (part.x + x, part.y + y))));
-            }
-            let all: Vec<_> = (5..9).flat_map(|y| (3..10).map(move |x| (x, y))).collect();
-            assert_eq!(pixels, all, "{limit}");
-        }
-    }
-
-    #[test]
-    fn slots_of_single_samples_join_to_the_same_bits() {
-        let device = Device::open(&Choice::Auto, &Options::default()).unwrap();
-        let settings =
-            Settings { aovs: Aovs::parse("albedo,normal,depth,direct,object").unwrap(), ..Settings::default() };
-        let prepared = prepare(&scenes::alpha_sheets(8), &settings).unwrap();
-        let mut renderer = Renderer::new(&device, &prepared, &settings, &KernelOptions::default()).unwrap();
-        let tile = Tile { x: 1, y: 2, width: 5, height: 6 };
-        let whole = renderer.render_tile(tile, 1..3).unwrap().0;
-        assert!(!renderer.takes_singles);
-        assert_eq!(whole, renderer.render_joined(tile, 1..3).unwrap().0);
     }
 }

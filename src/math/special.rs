@@ -1,4 +1,4 @@
-//! Small f64 functions that std lacks; the twins of shaders/core/math.glsl that are not std's own.
+//! Small f64 functions that std lacks; the twins of shaders/core/exp.glsl that are not std's own.
 
 use glam::DVec3;
 

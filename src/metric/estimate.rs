@@ -53,16 +53,10 @@ pub struct FilmError {
 
 /// The estimate; None while some pixel has fewer than two blocks.
 pub fn from_film(film: &Film) -> Option<FilmError> {
-    if film.min_block_count() < 2 || film.pixel_count() == 0 {
-        return None;
-    }
+    let Seen { dof, known, scales } = Seen::of(film)?;
     let image_mean = film.image_mean().iter().sum::<f64>() / 3.0;
     let of_mean = (EPSILON_OF_MEAN * image_mean).powi(2);
     let epsilon_exposure = if of_mean > 0.0 { of_mean } else { EPSILON };
-    let dof: Vec<f64> = (0..film.pixel_count()).map(|pixel| f64::from(film.block_count(pixel)) - 1.0).collect();
-    let known: Vec<Known> =
-        (0..film.pixel_count()).into_par_iter().map(|p| (film.mean(p), film.variance_of_mean(p))).collect();
-    let scales = scales(film, &known);
     let mut terms: Vec<f64> = pixel_terms(&known, &scales, EPSILON);
     let sums = Sums::of(&terms, &dof);
     let effective_blocks = effective_blocks(&known, &terms, &dof);
@@ -93,13 +87,8 @@ impl Banded {
 
     /// Counts in a band. One with fewer than two blocks somewhere says nothing.
     pub fn add(&mut self, band: &Film) {
-        if band.min_block_count() < 2 || band.pixel_count() == 0 {
-            return;
-        }
-        let dof: Vec<f64> = (0..band.pixel_count()).map(|pixel| f64::from(band.block_count(pixel)) - 1.0).collect();
-        let known: Vec<Known> =
-            (0..band.pixel_count()).into_par_iter().map(|p| (band.mean(p), band.variance_of_mean(p))).collect();
-        let mut terms = pixel_terms(&known, &scales(band, &known), EPSILON);
+        let Some(Seen { dof, known, scales }) = Seen::of(band) else { return };
+        let mut terms = pixel_terms(&known, &scales, EPSILON);
         self.sums.add(&Sums::of(&terms, &dof));
         self.worst.extend(split_worst(&mut terms, self.kept));
         self.worst = split_worst(&mut self.worst, self.kept);
@@ -127,6 +116,29 @@ fn split_worst(terms: &mut Vec<f64>, count: usize) -> Vec<f64> {
 
 /// Mean of a pixel and the variance of that.
 type Known = ([f64; 3], [f64; 3]);
+
+/// What is read of a film, once, pixel by pixel.
+struct Seen {
+    /// Degrees of freedom of the variance.
+    dof: Vec<f64>,
+    known: Vec<Known>,
+    /// r.
+    scales: Vec<[f64; 3]>,
+}
+
+impl Seen {
+    /// None while some pixel has fewer than two blocks.
+    fn of(film: &Film) -> Option<Self> {
+        if film.min_block_count() < 2 || film.pixel_count() == 0 {
+            return None;
+        }
+        let dof = (0..film.pixel_count()).map(|pixel| f64::from(film.block_count(pixel)) - 1.0).collect();
+        let known: Vec<Known> =
+            (0..film.pixel_count()).into_par_iter().map(|p| (film.mean(p), film.variance_of_mean(p))).collect();
+        let scales = scales(film, &known);
+        Some(Self { dof, known, scales })
+    }
+}
 
 /// Each pixel's var / (r^2 + eps), averaged over its channels.
 fn pixel_terms(known: &[Known], scales: &[[f64; 3]], epsilon: f64) -> Vec<f64> {

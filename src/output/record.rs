@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::film::Tile;
+use crate::film::adaptive::Spread;
 use crate::film::filter::PixelFilter;
 use crate::film::ledger::Ledger;
 use crate::metric::estimate::{Estimate, FilmError};
-use crate::render::adaptive::Spread;
 
 /// Seconds by stage. `write` is 0 in the copy inside an EXR's header, which is written before it is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -58,7 +58,7 @@ pub struct Record {
     pub max_depth: u32,
     /// Samples a pixel; where a pass was interrupted, the fewest of any pixel; of an adaptive render the mean, rounded down.
     pub spp: u64,
-    /// Fewest and most samples of a pixel, where sampling was adaptive. The image has no bias by it: see `render::adaptive`.
+    /// Fewest and most samples of a pixel, where sampling was adaptive. The image has no bias by it: see `film::adaptive`.
     #[serde(default)]
     pub adaptive: Option<Spread>,
     /// What ended the render: "spp", "time", "error" or "interrupt"; "checkpoint" in that of a render that still ran.
@@ -91,6 +91,17 @@ pub struct Record {
 }
 
 impl Record {
+    /// What another run was made by that this one was not: kernel, driver, device, with ours and theirs. Samples of both are not to the bit
+    /// those of one.
+    pub fn other_device<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (&'static str, &'a str, &'a str)> {
+        let all = [
+            ("kernel", &self.kernel_hash, &other.kernel_hash),
+            ("driver", &self.driver, &other.driver),
+            ("device", &self.device, &other.device),
+        ];
+        all.into_iter().filter(|(_, ours, theirs)| ours != theirs).map(|(what, a, b)| (what, a.as_str(), b.as_str()))
+    }
+
     /// Samples and rays, and their rates over the seconds traced.
     pub fn set_rates(&mut self, samples: u64, rays: u64) {
         let per_second = |count: u64| count as f64 / self.seconds.trace.max(1e-9) * 1e-6;

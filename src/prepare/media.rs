@@ -13,11 +13,6 @@ use super::records::*;
 use crate::bsdf::MODELS;
 use crate::scene::{Instance, Material, Scene, Shape, Surface, Value};
 
-/// Names of inputs that are an index of refraction: relative to vacuum in a scene, to the medium in front in a kernel.
-pub fn is_index(input: &str) -> bool {
-    matches!(input, "eta" | "ior" | "k")
-}
-
 /// The material's surfaces part two media.
 pub fn bounds_medium(m: &Material) -> bool {
     m.transmits() && !m.is_thin() && !m.emits()
@@ -26,7 +21,7 @@ pub fn bounds_medium(m: &Material) -> bool {
 /// Index of refraction behind the material's surfaces; a textured one is that of the model's default.
 pub fn index_of(m: &Material) -> f64 {
     let of = |s: &Surface| {
-        let place = MODELS[s.bsdf].inputs.iter().position(|i| matches!(i.name, "eta" | "ior"))?;
+        let place = MODELS[s.bsdf].inputs.iter().position(|i| i.is_index)?;
         match &s.inputs[place] {
             Value::Constant(c) if c[0] > 0.0 => Some(c[0]),
             _ => Some(MODELS[s.bsdf].inputs[place].default[0]),
@@ -50,17 +45,15 @@ pub fn nest(scene: &Scene) -> bool {
     let mut boxes: Vec<[DVec3; 2]> =
         scene.instances.iter().filter(bounds).filter_map(|i| world_box(scene, i)).collect();
     // Bodies that share a face touch: 1e-6 is far above the rounding of transforms.
-    let overlap = |a: &[DVec3; 2], b: &[DVec3; 2]| {
-        let size = a.iter().chain(b).fold(0.0f64, |s, p| s.max(p.abs().max_element()));
-        a[0].max(b[0]).cmple(a[1].min(b[1]) + 1e-6 * size).all()
-    };
+    let touch = 1e-6 * boxes.iter().flatten().fold(0.0f64, |s, p| s.max(p.abs().max_element()));
+    let overlap = |a: &[DVec3; 2], b: &[DVec3; 2]| a[0].max(b[0]).cmple(a[1].min(b[1]) + touch).all();
     // Along x, so that many bodies apart are not compared pair by pair.
     boxes.sort_by(|a, b| a[0].x.total_cmp(&b[0].x));
     let mut furthest = f64::NEG_INFINITY;
     let mut first = 0;
     boxes.iter().enumerate().any(|(k, a)| {
         // All before `first` end before anything from here on begins.
-        if a[0].x > furthest + 1e-5 * (furthest.abs() + a[0].x.abs()) {
+        if a[0].x > furthest + touch {
             first = k;
         }
         furthest = furthest.max(a[1].x);

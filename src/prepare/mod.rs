@@ -23,12 +23,15 @@ use crate::scene::{Scene, groups};
 use pattern::Structure;
 use records::*;
 
+/// Materials that bound a medium, where bodies of them overlap.
+const MAX_NESTED_MEDIA: usize = 0xfffe;
+
 /// Why a scene cannot be resolved.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     #[error("the transform of '{instance}' {what}")]
     Transform { instance: String, what: &'static str },
-    #[error("the scene has {count} {what}, more than the limit of {limit}; split it or simplify its meshes")]
+    #[error("the scene has {count} {what}, more than the limit of {limit}; split it or simplify it")]
     TooMany { what: &'static str, count: usize, limit: usize },
     /// A sentence of `camera`.
     #[error("{0}")]
@@ -123,6 +126,11 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Prepared, Error> {
         return Err(Error::Groups { known: settings.aovs.group_count(), count: groups.len() });
     }
     let mut resolved = materials::resolve(scene);
+    // A path's entry is a rank and a row plus 1, 16 bits each (shaders/integrator/media_stack.glsl).
+    if resolved.nests && resolved.media.len() > MAX_NESTED_MEDIA {
+        let (count, limit) = (resolved.media.len(), MAX_NESTED_MEDIA);
+        return Err(Error::TooMany { what: "nested media", count, limit });
+    }
     resolved.wanted.uvs |= settings.aovs.has("uv");
     let emits = |material: usize| resolved.materials[material].flags & MATERIAL_EMITS != 0;
     let plan = instances::plan(scene, origin, settings.instancing, emits);

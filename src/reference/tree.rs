@@ -13,7 +13,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use crate::prepare::records::NONE;
-use build::{Bounds, Node, STACK_SIZE, build};
+pub(super) use build::Bounds;
+use build::{Node, STACK_SIZE, build};
 use shape::Stored;
 pub use shape::{Hit, Ray, Shape, free_ray};
 

@@ -5,9 +5,9 @@
 
 use std::time::Instant;
 
-use super::adaptive::Spread;
 use super::{Outcome, Progress, StoppedBy, Stops, render_window};
 use crate::error::Error;
+use crate::film::adaptive::Spread;
 use crate::film::ledger::Ledger;
 use crate::film::source::SampleSource;
 use crate::film::{Film, Tile};

@@ -7,7 +7,6 @@
 //! at the upper end of the estimate's interval: a render that stops on its own estimate prefers low ones, and the value alone would
 //! promise too much. While the estimate's tails are too heavy for its interval it does not stop. On an interrupt the source stops after whole blocks, and what is there is kept.
 
-pub mod adaptive;
 pub mod bands;
 mod level;
 
@@ -15,6 +14,7 @@ use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use crate::error::Error;
+use crate::film::adaptive;
 use crate::film::slot::BLOCK_SAMPLES;
 use crate::film::source::SampleSource;
 use crate::film::{Film, Tile};
@@ -174,7 +174,7 @@ fn render_by(
     let begun = now();
     let mut rays = if film.is_adaptive() { 0 } else { level::level(source, &mut film, interrupted)? };
     let first = film.first_block();
-    let mut done = blocks_done(&film);
+    let mut done = film.blocks_done();
     let mut pace = Pace::default();
     let deadline = Deadline::new(now, stops);
     let mut next_estimate_s = 0.0;
@@ -215,7 +215,7 @@ fn render_by(
         // Not every source asks after its last tile.
         deadline.tile_ended();
         pace.learn(count, since(pass_begun));
-        done = blocks_done(&film);
+        done = film.blocks_done();
         let trace_s = since(begun);
         let is_near = blocks_to_error(stops, error, estimated_at, done) <= count;
         if trace_s >= next_estimate_s || is_near {
@@ -237,11 +237,6 @@ fn render_by(
     let trace_s = since(begun);
     let error = estimate::from_film(&film);
     Ok(Outcome { film, stopped_by, trace_s, rays, error })
-}
-
-/// A source that was stopped may have left out blocks; the film knows what there is.
-fn blocks_done(film: &Film) -> u64 {
-    film.adaptive.as_ref().map_or(u64::from(film.min_block_count()), |adaptive| adaptive.mean())
 }
 
 /// Blocks after which the error should be the wanted one, falling as one over the samples; at least 1. No limit when none is wanted.
@@ -296,13 +291,15 @@ struct Deadline<'a> {
     end: Option<Instant>,
     /// When the last tile ended or the pass began, and how long the last tile took.
     last: Cell<(Instant, Duration)>,
+    /// It was due once. A source that has stopped for it has left out blocks, so that it stays due, whatever later tiles took.
+    is_over: Cell<bool>,
 }
 
 impl<'a> Deadline<'a> {
     fn new(now: &'a dyn Fn() -> Instant, stops: &Stops) -> Self {
         let after = stops.time_s.and_then(|t| Duration::try_from_secs_f64(t.max(0.0)).ok());
         let end = after.and_then(|after| stops.started.checked_add(after));
-        Self { now, end, last: Cell::new((now(), Duration::ZERO)) }
+        Self { now, end, last: Cell::new((now(), Duration::ZERO)), is_over: Cell::new(false) }
     }
 
     fn begin_pass(&self) {
@@ -314,13 +311,16 @@ impl<'a> Deadline<'a> {
         let now = (self.now)();
         let (before, last) = self.last.get();
         let took = now.duration_since(before);
-        // Sources also ask before their first tile, where next to no time has passed.
+        // Sources also ask before their first tile, where next to no time has passed; tiles are sized alike, so that a sixteenth
+        // of one is none.
         self.last.set((now, if took < last / 16 { last } else { took }));
         self.is_due()
     }
 
     fn is_due(&self) -> bool {
-        self.end.is_some_and(|end| (self.now)() + self.last.get().1 / 2 >= end)
+        let is_due = self.end.is_some_and(|end| (self.now)() + self.last.get().1 / 2 >= end);
+        self.is_over.set(self.is_over.get() || is_due);
+        self.is_over.get()
     }
 }
 

@@ -10,8 +10,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::converge::curves::{Interval, median};
-use super::replicates::Replicates;
+use super::replicates::{self, Replicates};
 use crate::error::Error;
+use crate::film::slot::BLOCK_SAMPLES;
 use crate::film::source::DeviceInfo;
 use crate::gpu::Device;
 use crate::integrator::{SamplerKind, Settings};
@@ -78,11 +79,10 @@ pub fn measure(
     let mut errors: Vec<FilmError> = Vec::new();
     let mut info = DeviceInfo::default();
     for (_, sampler) in samplers {
-        let max_depth = scene.film.max_depth.unwrap_or(Settings::default().max_depth);
-        let settings = Settings { sampler, max_depth, ..Settings::default() };
+        let settings = Settings { sampler, ..replicates::settings(scene) };
         let mut replicates = Replicates::new(device, scene, &settings)?;
         for seed in 1..=seeds {
-            let (film, _) = replicates.film(seed, blocks_for(spp.max(32)))?;
+            let (film, _) = replicates.film(seed, blocks_of(spp))?;
             pictures.push(film.mean_f32());
             errors.push(estimate::from_film(&film).expect("two blocks at least"));
             observe(pictures.len());
@@ -138,7 +138,7 @@ fn row(scene: &Scene, sampler: &'static str, spp: u64, replicates: Vec<Replicate
         sampler,
         width: scene.film.width,
         height: scene.film.height,
-        spp: blocks_for(spp.max(32)) * 16,
+        spp: blocks_of(spp) * u64::from(BLOCK_SAMPLES),
         seeds: replicates.len() as u32,
         relmse: median(replicates.iter().map(|r| r.truth)),
         coverage: covered(&mut replicates.iter()).expect("there are seeds"),
@@ -200,6 +200,11 @@ pub fn csv(rows: &[Row]) -> String {
         }
     }
     text
+}
+
+/// Blocks of so many samples, two at least: fewer have no estimate.
+fn blocks_of(spp: u64) -> u64 {
+    blocks_for(spp).max(2)
 }
 
 #[cfg(test)]

@@ -14,9 +14,10 @@ use serde::Serialize;
 
 use super::converge::curves::{Interval, interval, slope};
 use super::panels::{self, Failure, Frame, Line, Panel};
-use super::replicates::Replicates;
+use super::replicates::{self, Replicates};
 use crate::error::Error;
 use crate::film::Film;
+use crate::film::slot::BLOCK_SAMPLES;
 use crate::film::source::DeviceInfo;
 use crate::gpu::Device;
 use crate::integrator::{Estimator, SamplerKind, Settings};
@@ -24,10 +25,9 @@ use crate::metric::error::EPSILON;
 use crate::metric::estimate;
 use crate::scene::Scene;
 
+const BLOCK: u64 = BLOCK_SAMPLES as u64;
 /// Replicates of a group.
 const GROUP: u32 = 4;
-/// Samples of a block.
-const BLOCK: f64 = 16.0;
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Level {
@@ -98,10 +98,9 @@ pub fn measure(
     groups: u32,
     spp: u64,
 ) -> Result<(Row, DeviceInfo), Error> {
-    let max_depth = scene.film.max_depth.unwrap_or(Settings::default().max_depth);
-    let settings = Settings { estimator, sampler, max_depth, ..Settings::default() };
+    let settings = Settings { estimator, sampler, ..replicates::settings(scene) };
     let mut replicates = Replicates::new(device, scene, &settings)?;
-    let levels: Vec<u64> = (0..).map(|k| 1u64 << k).take_while(|blocks| *blocks * 16 <= spp.max(128)).collect();
+    let levels: Vec<u64> = (0..).map(|k| 1u64 << k).take_while(|blocks| *blocks * BLOCK <= spp.max(128)).collect();
     let mut sums = vec![vec![Sums::default(); levels.len()]; groups as usize];
     for seed in 1..=groups * GROUP {
         let group = &mut sums[((seed - 1) / GROUP) as usize];
@@ -115,8 +114,8 @@ pub fn measure(
     let told = (levels.iter().enumerate()).map(|(level, &blocks)| {
         let relmse = at(level);
         let estimate = sums.iter().map(|g| g[level].estimate).sum::<f64>() / f64::from(groups * GROUP);
-        let spp = blocks * 16;
-        let penalty = first * BLOCK / spp as f64 / relmse.value;
+        let spp = blocks * BLOCK;
+        let penalty = first * BLOCK as f64 / spp as f64 / relmse.value;
         let estimate_ratio = Some(estimate / relmse.value).filter(|r| r.is_finite());
         Level { spp, relmse, penalty, estimate_ratio }
     });

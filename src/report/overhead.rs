@@ -12,15 +12,16 @@ use serde::Serialize;
 use crate::error::Error;
 use crate::film::Film;
 use crate::film::aov::Aovs;
+use crate::film::dd::Dd;
 use crate::film::source::{DeviceInfo, PassStats, SampleSource};
 use crate::film::spans::Span;
 use crate::metric::estimate;
 use crate::render::{self, Stops};
 
 /// Bytes a pixel that the squares of block sums take in the film, out of `Film::BYTES_A_PIXEL`.
-pub const SQUARE_BYTES: usize = 48;
+pub const SQUARE_BYTES: usize = size_of::<[Dd; 3]>();
 /// Bytes a pixel while an estimate is made: means with variances, scales, and the terms of two measures.
-pub const PASSING_BYTES: usize = 48 + 24 + 8 + 8;
+pub const PASSING_BYTES: usize = size_of::<[[f64; 3]; 2]>() + size_of::<[f64; 3]>() + 2 * size_of::<f64>();
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
@@ -101,7 +102,7 @@ pub fn measure(scene: &str, source: &mut dyn SampleSource, seconds: f64) -> Resu
         scene: scene.to_owned(),
         width,
         height,
-        spp: u64::from(outcome.film.min_block_count()) * 16,
+        spp: outcome.film.spp(),
         seconds: all_s,
         host_share: (1.0 - clocked.device_s / all_s).max(0.0),
         estimates: count.get(),

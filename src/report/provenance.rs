@@ -8,7 +8,7 @@ use crate::film::source::DeviceInfo;
 pub struct Provenance {
     pub program: String,
     pub command: String,
-    /// Of the checkout the program lies in; empty outside of one.
+    /// What is checked out, when the program runs, where it lies; empty outside of a checkout. Build before measuring.
     pub commit: String,
     /// Processor and number of threads.
     pub machine: String,
@@ -41,7 +41,7 @@ impl Provenance {
             "{} {}, {}; {}; {}, {}; seeds {seeds}; data in {table}",
             self.program, self.commit, self.date, self.machine, device.name, device.driver
         );
-        [&self.command, &made].into_iter().flat_map(|text| wrapped(text)).collect()
+        [wrapped(&self.command, " "), wrapped(&made, "; ")].concat()
     }
 
     /// The same as a paragraph of Markdown.
@@ -53,24 +53,24 @@ impl Provenance {
     }
 }
 
-/// Broken between words.
-fn wrapped(text: &str) -> Vec<String> {
+/// Broken where `between` stands, so that what belongs together is found in one line.
+fn wrapped(text: &str, between: &str) -> Vec<String> {
     let mut lines = vec![String::new()];
-    for word in text.split(' ') {
+    for part in text.split(between) {
         let last = lines.last_mut().expect("begun with one");
-        if !last.is_empty() && last.len() + 1 + word.len() > LINE {
-            lines.push(word.to_owned());
+        if !last.is_empty() && last.len() + between.len() + part.len() > LINE {
+            lines.push(part.to_owned());
         } else {
             if !last.is_empty() {
-                last.push(' ');
+                last.push_str(between);
             }
-            last.push_str(word);
+            last.push_str(part);
         }
     }
     lines
 }
 
-/// The program's own name without its folder, and the arguments.
+/// As one runs it again: `./x` and the arguments.
 fn command_line() -> String {
     let mut words: Vec<String> = std::env::args().collect();
     if let Some(first) = words.first_mut() {
@@ -79,7 +79,7 @@ fn command_line() -> String {
     words.join(" ")
 }
 
-/// Of the checkout that the program was built in.
+/// Of the checkout that the program lies in.
 fn commit() -> Option<String> {
     let folder = std::env::current_exe().ok()?.parent()?.to_owned();
     let git = std::process::Command::new("git")
@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn long_lines_are_broken_between_words() {
         let text = ["word"; 100].join(" ");
-        let lines = wrapped(&text);
+        let lines = wrapped(&text, " ");
         assert!(lines.len() == 4 && lines.iter().all(|l| l.len() <= LINE), "{lines:?}");
         assert_eq!(lines.join(" "), text);
     }

@@ -50,6 +50,12 @@ impl Replicates {
     }
 }
 
+/// The default ones, to the scene's own depth.
+pub fn settings(scene: &Scene) -> Settings {
+    let default = Settings::default();
+    Settings { max_depth: scene.film.max_depth.unwrap_or(default.max_depth), ..default }
+}
+
 /// The scene `height` pixels high, as wide as its shape asks for.
 pub fn resized(scene: &Scene, height: u32) -> Scene {
     let mut small = scene.clone();

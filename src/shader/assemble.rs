@@ -73,7 +73,7 @@ layout(push_constant) uniform Push {
 /// GLSL files of a kernel with these features, in order. Pure.
 pub fn includes(f: &Features) -> Vec<String> {
     let mut list: Vec<String> =
-        ["core/math", "core/trig", "core/random", "core/frame", "core/warp"].map(str::to_owned).to_vec();
+        ["core/math", "core/exp", "core/trig", "core/random", "core/frame", "core/warp"].map(str::to_owned).to_vec();
     list.push(match f.sampler {
         SamplerKind::Sobol => "sampler/sobol".to_owned(),
         SamplerKind::Independent => "sampler/independent".to_owned(),

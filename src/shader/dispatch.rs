@@ -4,7 +4,6 @@ use crate::bsdf::{self, InputKind};
 use crate::camera;
 use crate::light::{KINDS, Kind, Reach};
 use crate::prepare::features::Features;
-use crate::prepare::media;
 use crate::prepare::pattern::{Role, Structure};
 
 /// `pattern_constant` and `pattern_uv`, which the pattern functions read their rows with.
@@ -125,7 +124,7 @@ fn body(structure: &Structure, f: &Features) -> String {
                     .iter()
                     .zip(model.inputs)
                     .map(|(o, i)| {
-                        let relative = if f.media_stack && media::is_index(i.name) { " / outside" } else { "" };
+                        let relative = if f.media_stack && i.is_index { " / outside" } else { "" };
                         format!("{o}.{}{relative}", if i.kind == InputKind::Scalar { "x" } else { "xyz" })
                     })
                     .collect();

@@ -37,7 +37,7 @@ mod tests {
         assert_eq!(super::get("bsdf/missing.glsl"), None);
     }
 
-    /// Drivers may be off by 1e-4 in these; core/math.glsl and core/trig.glsl have ours, with bounds.
+    /// Drivers may be off by 1e-4 in these; core/exp.glsl and core/trig.glsl have ours, with bounds.
     const DRIVERS: [&str; 13] =
         ["pow", "exp", "exp2", "log", "log2", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "sinh"];
 
@@ -56,7 +56,7 @@ mod tests {
         assert_eq!(driver_calls("float y = m_pow(x, 2.0) * pow(x, 3.0); // sin(x)\n"), ["pow"]);
         for path in super::paths() {
             let found = driver_calls(super::get(path).unwrap());
-            assert!(found.is_empty(), "{path} calls {found:?}: use m_{} of core/math.glsl or core/trig.glsl", found[0]);
+            assert!(found.is_empty(), "{path} calls {found:?}: use m_{} of core/exp.glsl or core/trig.glsl", found[0]);
         }
     }
 }

@@ -2,7 +2,7 @@
 //! and what is gone on with in the end is the picture of a render that nobody killed, bit for bit.
 //!
 //! Five kills by default, and one more for every four of them at a moment when a checkpoint is half written. More:
-//! `STERADIAN_KILLS=100 cargo test --test cli kills -- --nocapture`.
+//! `STERADIAN_KILLS=100 cargo test --test cli kills -- --nocapture`; `STERADIAN_SEED` for other moments.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -49,13 +49,16 @@ fn kills_lose_no_checkpoint_and_no_bit() {
     let device = devices().pop().unwrap();
     let dir = tempfile::tempdir().unwrap();
     let case = Case { folder: dir.path(), device };
+    // The first run compiles.
+    assert!(case.spawn("one.exr", &[]).wait().unwrap().success());
     let begun = Instant::now();
     assert!(case.spawn("one.exr", &[]).wait().unwrap().success());
     let life_s = begun.elapsed().as_secs_f64();
     let one = layers(&dir.path().join("one.exr"));
     let kept = dir.path().join("kept");
-    let seed = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap().as_nanos() as u64;
+    let seed: u64 = std::env::var("STERADIAN_SEED").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
     let mut state = seed | 1;
+    let mut tries_left = 20 * wanted;
     let (mut kills, mut aimed, mut blocks) = (0, 0, 0);
     let (mut finished, mut in_writing, mut without) = (0, 0, 0);
     let is_finished = |finished: &mut i32| {
@@ -64,6 +67,8 @@ fn kills_lose_no_checkpoint_and_no_bit() {
         *finished += 1;
     };
     while kills + aimed < wanted + wanted / 4 {
+        assert!(tries_left > 0, "seed {seed}: renders end before they are killed");
+        tries_left -= 1;
         let mut child = case.go_on();
         let is_aimed = aimed < (kills + aimed) / 5;
         if is_aimed {

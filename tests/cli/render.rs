@@ -180,7 +180,12 @@ fn an_interrupted_picture_in_bands_is_whole_soon() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(Duration::from_millis(2500));
+    // Once a band is written, there is something to keep.
+    let begun_picture = path(&format!(".a.hdr.{}.tmp", child.id()));
+    let is_begun = || std::fs::metadata(&begun_picture).is_ok_and(|m| m.len() > 4096);
+    while !is_begun() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(20));
+    }
     let begun = std::time::Instant::now();
     Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(130));

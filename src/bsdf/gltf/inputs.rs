@@ -15,7 +15,7 @@ pub const MODEL: Model = Model {
         ),
         Input::scalar("metallic", 1.0, (0.0, 1.0), "0 dielectric, 1 metal"),
         Input::scalar("roughness", 1.0, (0.0, 1.0), "0 smooth, 1 rough; GGX alpha = roughness^2"),
-        Input::scalar("ior", 1.5, (0.0, 10.0), "index of refraction of the dielectric; 0: reflects everything"),
+        Input::scalar("ior", 1.5, (0.0, 10.0), "index of refraction of the dielectric; 0: reflects everything").index(),
         Input::scalar("transmission", 0.0, (0.0, 1.0), "share of the dielectric's base that lets light through"),
         Input::scalar("thin", 1.0, (0.0, 1.0), "1: thin wall, light is not refracted; 0: boundary of a volume"),
         Input::scalar("khronos_mix", 0.0, (0.0, 1.0), "1: the specification's formula, which can create energy"),

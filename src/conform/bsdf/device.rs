@@ -286,7 +286,7 @@ fn fit_of_sample(index: usize, k: f64, x: &[f64; WORDS], choice: u32, y: &[f32])
 
 /// Samples of a case in the device's furnace.
 const FURNACE_SAMPLES: usize = 1 << 14;
-/// Bytes of a furnace row's inputs.
+/// Bytes of the inputs of one dispatch: devices need bind no more than 128 MiB at once.
 const FURNACE_BYTES: usize = 96 << 20;
 
 /// Furnace on the device: mean weight over uniform random numbers against the quadrature of f64, within 3 sigma widened for
@@ -298,17 +298,11 @@ pub fn furnace_rows(device: &Device, filter: &str, stride: usize) -> Vec<GateRow
         .collect()
 }
 
-fn furnace_row(device: &Device, row: &'static Row, stride: usize) -> GateRow {
-    let name = format!("{} furnace on the device", row.keyword);
-    // As many cases as the inputs of one dispatch have room for: a device may bind no more than 128 MiB.
-    let every = cases(row);
-    let case_bytes = every.iter().map(|c| directions(c).len()).max().unwrap_or(1) * FURNACE_SAMPLES * WORDS * 4;
-    let room = (FURNACE_BYTES / case_bytes).max(1);
-    let all: Vec<&Case> = every.iter().step_by(stride.max(every.len().div_ceil(room))).collect();
-    let tries: Vec<(&Case, DVec3)> = all.iter().flat_map(|&c| directions(c).into_iter().map(move |w| (c, w))).collect();
+/// Samples of each try, from the device.
+fn furnace_results(device: &Device, row: &'static Row, tries: &[(&Case, DVec3)]) -> Result<Vec<u32>, String> {
     let [_, probe] = probes_of(row);
     let mut words = Vec::with_capacity(tries.len() * FURNACE_SAMPLES * WORDS);
-    for (case, wo) in &tries {
+    for (case, wo) in tries {
         let mut head: Vec<f32> = Vec::new();
         for (input, value) in case.model.inputs.iter().zip(&case.inputs) {
             head.extend(&value.as_vec3().to_array()[..if input.kind == InputKind::Color { 3 } else { 1 }]);
@@ -323,10 +317,21 @@ fn furnace_row(device: &Device, row: &'static Row, stride: usize) -> GateRow {
             words.extend(x);
         }
     }
-    let results = match probe.results(device, &words, tries.len() * FURNACE_SAMPLES) {
-        Ok(results) => results,
-        Err(message) => return GateRow::new(Gate::Scattering, &name, false, message, ""),
-    };
+    probe.results(device, &words, tries.len() * FURNACE_SAMPLES)
+}
+
+fn furnace_row(device: &Device, row: &'static Row, stride: usize) -> GateRow {
+    let name = format!("{} furnace on the device", row.keyword);
+    let every = cases(row);
+    let tries: Vec<(&Case, DVec3)> =
+        every.iter().step_by(stride).flat_map(|c| directions(c).into_iter().map(move |w| (c, w))).collect();
+    let mut results = Vec::with_capacity(tries.len() * FURNACE_SAMPLES * 9);
+    for part in tries.chunks(FURNACE_BYTES / (FURNACE_SAMPLES * WORDS * 4)) {
+        match furnace_results(device, row, part) {
+            Ok(part) => results.extend(part),
+            Err(message) => return GateRow::new(Gate::Scattering, &name, false, message, ""),
+        }
+    }
     // 3 sigma, two-sided, for all tries together.
     let sigmas = normal_quantile(1.0 - 0.5 * sidak(0.0027, tries.len()));
     let worst = tries

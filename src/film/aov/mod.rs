@@ -176,6 +176,16 @@ pub const AOVS: &[Aov] = &[
     },
 ];
 
+const _: () = assert!(AOVS.len() <= Aovs::GROUPS_SHIFT as usize, "a bit for each row");
+
+/// Row of the AOV of this name.
+///
+/// # Panics
+/// When there is none: names are those of the table.
+pub fn index_of(name: &str) -> usize {
+    AOVS.iter().position(|a| a.name == name).expect("a name of the table")
+}
+
 /// A choice of rows of `AOVS`; the colour is always there. The upper bits say how many light groups the scene has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Aovs(u32);

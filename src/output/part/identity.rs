@@ -94,6 +94,6 @@ fn settings_of(scene: &Scene, settings: &Settings) -> Vec<(String, String)> {
 }
 
 /// The word that the command line knows a choice by.
-fn keyword(value: impl clap::ValueEnum) -> String {
+pub fn keyword(value: impl clap::ValueEnum) -> String {
     value.to_possible_value().map_or(String::new(), |v| v.get_name().into())
 }

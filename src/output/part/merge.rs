@@ -91,16 +91,11 @@ fn samples(part: &Part) -> Range<u64> {
 }
 
 fn add_record(ours: &mut Record, next: &Record) {
-    for (what, a, b) in [
-        ("kernel", &ours.kernel_hash, &next.kernel_hash),
-        ("driver", &ours.driver, &next.driver),
-        ("device", &ours.device, &next.device),
-    ] {
-        if a != b {
-            let note = format!("parts of {what} {a} and {what} {b} are added: not to the bit what either makes alone");
-            ours.notes.push(note);
-        }
-    }
+    let note = |(what, a, b): (&str, &str, &str)| {
+        format!("parts of {what} {a} and {what} {b} are added: not to the bit what either makes alone")
+    };
+    let notes: Vec<String> = ours.other_device(next).map(note).collect();
+    ours.notes.extend(notes);
     ours.stopped_by = next.stopped_by.clone();
     ours.add_run(next);
 }

@@ -22,7 +22,7 @@ use crate::film::aov::{Aovs, GROUP_LIMIT, GROUPS, Names};
 use crate::film::slot::BLOCK_SAMPLES;
 use crate::film::store::{MAX_BLOCKS, ReadError};
 use crate::film::{Film, Tile};
-pub use identity::{Difference, Identity, fingerprint};
+pub use identity::{Difference, Identity, fingerprint, keyword};
 pub use merge::merge;
 use seal::Seal;
 

@@ -189,7 +189,6 @@ fn an_interrupted_part_is_merged_only_as_the_last() {
     let mut torn = film(WINDOW, aovs, 2..4);
     torn.add_film(&film(Tile { height: 1, ..WINDOW }, aovs, 4..5));
     let torn_path = dir.path().join("torn");
-    write(&torn_path, &header, &torn).unwrap();
     let before = part(dir.path(), "before", 0..2, &header);
     let after = part(dir.path(), "after", 5..6, &header);
     let names = Names { objects: vec!["Stuhl \"é\"".into()], ..Names::default() };

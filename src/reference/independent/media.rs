@@ -7,7 +7,7 @@ use crate::bsdf::MODELS;
 use crate::prepare::records::NONE;
 use crate::reference::nested::{Inside, Medium};
 use crate::reference::path::World;
-use crate::reference::tree::{Ray, Shape, free_ray};
+use crate::reference::tree::{Bounds, Ray, free_ray};
 use crate::scene::{self, Material, Value};
 
 impl Independent<'_> {
@@ -31,8 +31,7 @@ impl Independent<'_> {
 
     /// The surface parts two media, one of which may be inside another.
     pub(super) fn bounds_medium(&self, material: &Material) -> bool {
-        let shines = material.emission.as_ref().is_some_and(may_be_positive);
-        transmits(material) && !is_thin(material) && !shines
+        transmits(material) && !is_thin(material) && !material.emits()
     }
 
     /// Whether the boxes of two instances that bound media share a volume or touch.
@@ -43,11 +42,7 @@ impl Independent<'_> {
                 continue;
             }
             for p in self.primitives.of_instance(number).map(|n| self.primitives.get(n)) {
-                let (low, high) = match p.shape {
-                    Shape::Triangle(v) => (v[0].min(v[1]).min(v[2]), v[0].max(v[1]).max(v[2])),
-                    Shape::Sphere { center, radius } => (center - radius, center + radius),
-                    Shape::Disc { center, .. } => (center, center),
-                };
+                let Bounds { min: low, max: high } = p.shape.bounds();
                 let entry = boxes.entry(p.instance).or_insert((low, high));
                 *entry = (entry.0.min(low), entry.1.max(high));
             }

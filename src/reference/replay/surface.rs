@@ -7,7 +7,6 @@ use super::placed::ToWorld;
 use super::{Part, Replay, rgb, vec};
 use crate::bsdf::mixture::{self, Mixture};
 use crate::bsdf::{InputKind, MODELS, Params};
-use crate::prepare::media::is_index;
 use crate::prepare::pattern::Role;
 use crate::prepare::records::*;
 use crate::reference::surface::Surface;
@@ -80,7 +79,7 @@ impl Replay {
             for (slot, input) in inputs.iter_mut().zip(MODELS[model].inputs) {
                 let v = next();
                 *slot = if input.kind == InputKind::Scalar { DVec3::splat(v[0]) } else { rgb(v) };
-                if is_index(input.name) {
+                if input.is_index {
                     *slot /= outside;
                 }
             }

@@ -63,7 +63,7 @@ pub fn free_ray(origin: DVec3, direction: DVec3) -> Ray {
 }
 
 impl Shape {
-    pub(super) fn bounds(&self) -> Bounds {
+    pub(in crate::reference) fn bounds(&self) -> Bounds {
         match self {
             Self::Triangle(v) => Bounds { min: v[0].min(v[1]).min(v[2]), max: v[0].max(v[1]).max(v[2]) },
             Self::Sphere { center, radius } => Bounds { min: center - *radius, max: center + *radius },

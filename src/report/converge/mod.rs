@@ -19,12 +19,12 @@ use std::time::Instant;
 
 use crate::error::Error;
 use crate::film::Film;
+use crate::film::adaptive;
 use crate::film::slot::BLOCK_SAMPLES;
 use crate::film::source::{DeviceInfo, SampleSource};
 use crate::metric::error::{self, Errors};
 use crate::metric::estimate::{self, FilmError};
 use crate::output::image::Picture;
-use crate::render::adaptive;
 use reference::Reference;
 
 /// What is asked of `run`.
