@@ -3,8 +3,10 @@
 #
 #     benches/error_vs_time.sh             the plot and its table: under 15 minutes on two cores, after the references
 #     benches/error_vs_time.sh tables      exponents, Veach's bound, cost of the estimate: about 15 minutes
-#     benches/error_vs_time.sh coverage    coverage of the estimate, 8000 renders: about 15 minutes
+#     benches/error_vs_time.sh coverage    coverage of the estimate, 8000 renders: about 30 minutes
 #     benches/error_vs_time.sh all
+#     benches/error_vs_time.sh rehearsal DIR
+#                                          every step of the first with one scene in small, into DIR and nothing else: for CI
 #
 # The first run renders references (15 minutes more) and keeps them in target/error-vs-time/references, with a page of all curves beside them
 # (target/error-vs-time/index.html). The real model needs the assets: STERADIAN_ASSETS, else ../shared/assets; without them it is left out, and
@@ -15,6 +17,16 @@ cd "$root"
 part=${1:-plot}
 out=target/error-vs-time
 docs=docs/error-vs-time
+readme=README.md
+scenes=(scenes/cornell.toml scenes/veach.toml scenes/showcase.toml)
+height=128
+if [[ $part == rehearsal ]]; then
+    docs=${2:?"say into which folder"} out=$docs/work readme=$docs/project.md
+    mkdir -p "$docs"
+    cp README.md "$readme"
+    cp docs/error-vs-time/README.md "$docs"
+    scenes=(scenes/veach.toml) height=16 BUDGET=0.3 REPEATS=2
+fi
 mkdir -p "$out" "$docs"
 
 # splice FILE NAME FRAGMENT: the fragment takes the place of what stands between <!-- NAME --> and <!-- /NAME -->.
@@ -27,20 +39,21 @@ splice() {
 }
 
 plot() {
-    local scenes=(scenes/cornell.toml scenes/veach.toml scenes/showcase.toml)
     export STERADIAN_ASSETS=${STERADIAN_ASSETS:-../shared/assets}
     # Paths in scenes count from the scene's folder.
     [[ $STERADIAN_ASSETS == /* ]] || STERADIAN_ASSETS=$(realpath -m "$STERADIAN_ASSETS")
-    if [[ -d $STERADIAN_ASSETS/gltf ]]; then
+    if [[ $part == rehearsal ]]; then
+        :
+    elif [[ -d $STERADIAN_ASSETS/gltf ]]; then
         scenes+=(scenes/peer_d.toml)
     else
         echo "skipped: no assets: scenes/peer_d.toml (a glTF model under an HDR sky)" >&2
     fi
-    ./x converge "${scenes[@]}" --height 128 --variants mis,mis+independent,bsdf,light \
+    ./x converge "${scenes[@]}" --height "$height" --variants mis,mis+independent,bsdf,light \
         --budget "${BUDGET:-5}" --repeats "${REPEATS:-5}" -o "$out"
     cp "$out"/{overview.svg,runs.csv,summary.json,table.md,veach-equal-time.png} "$docs"
     sed "s#(runs.csv)#($docs/runs.csv)#" "$docs/table.md" >"$out/table-of-readme.md"
-    splice README.md error-vs-time "$out/table-of-readme.md"
+    splice "$readme" error-vs-time "$out/table-of-readme.md"
     splice "$docs/README.md" error-vs-time "$docs/table.md"
 }
 
@@ -56,12 +69,12 @@ tables() {
 }
 
 case $part in
-    plot) plot ;;
+    plot | rehearsal) plot ;;
     tables) tables ;;
     coverage) bench coverage ;;
     all) plot && tables && bench coverage ;;
     *)
-        echo "benches/error_vs_time.sh: '$part' is none of plot, tables, coverage, all" >&2
+        echo "benches/error_vs_time.sh: '$part' is none of plot, tables, coverage, all, rehearsal" >&2
         exit 2
         ;;
 esac

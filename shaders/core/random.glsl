@@ -35,12 +35,8 @@ uint hash_combine(uint h, uint v) {
     return mix32(h ^ pcg(v + 0x9e3779b9u));
 }
 
-// Which sample of which pixel.
+// Which sample of which pixel; each sampler makes its own with `sample_id`.
 struct SampleId {
     uint pixel_seed;  // different pixels of one seed never share it
-    uint index;
+    uint index;       // in the sequence
 };
-
-SampleId sample_id(uint pixel_index, uint sample_index, uint seed) {
-    return SampleId(hash_combine(pcg(seed), pixel_index), sample_index);
-}

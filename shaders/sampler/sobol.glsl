@@ -69,6 +69,13 @@ uint sobol_reversed(uint index, uint dim) {
     return word;
 }
 
+// Even blocks of 16 samples are those of one sequence, odd blocks those of another, which pixel numbers below 2^31 leave room for.
+SampleId sample_id(uint pixel_index, uint sample_index, uint seed) {
+    uint odd = (sample_index << 27) & 0x80000000u;
+    uint index = ((sample_index >> 5) << 4) | (sample_index & 15u);
+    return SampleId(hash_combine(pcg(seed), pixel_index ^ odd), index);
+}
+
 uint sample_u32(SampleId id, uint vertex, uvec2 purpose) {
     uint dim = purpose.y & 3u;
     uint set_seed = hash_combine(id.pixel_seed, vertex * SETS_PER_VERTEX + purpose.x);

@@ -36,8 +36,9 @@ const CAUSTIC: Text = embedded!("caustic");
 const DISC_LAMP: Text = embedded!("disc_lamp");
 const SPHERE_LAMP: Text = embedded!("sphere_lamp");
 
-/// Image height of coverage and exponents, pixels.
-const HEIGHT: u32 = 32;
+/// Image heights, pixels.
+const COVERAGE_HEIGHT: u32 = 64;
+const EXPONENT_HEIGHT: u32 = 32;
 const COVERAGE_SPP: u64 = 64;
 const COVERAGE_SEEDS: u32 = 1000;
 /// Groups of four replicates.
@@ -104,7 +105,7 @@ fn run_coverage(args: &Args, device: &Device) -> anyhow::Result<bool> {
     let mut rows = Vec::new();
     let mut info = DeviceInfo::default();
     for scene in scenes(args, &[CORNELL, VEACH, METALS, CAUSTIC])? {
-        let small = resized(&scene, HEIGHT);
+        let small = resized(&scene, COVERAGE_HEIGHT);
         say(format_args!("{}: {seeds} seeds of each sampler", scene.name));
         let observe = |done: usize| {
             if done.is_multiple_of(250) {
@@ -140,7 +141,7 @@ fn run_exponents(args: &Args, device: &Device) -> anyhow::Result<bool> {
         for sampler in SamplerKind::ALL {
             say(format_args!("{}: {sampler:?}, {} replicates", scene.name, 4 * groups));
             let (row, of) =
-                exponents::measure(device, &resized(scene, HEIGHT), estimator, sampler, groups, EXPONENT_SPP)?;
+                exponents::measure(device, &resized(scene, EXPONENT_HEIGHT), estimator, sampler, groups, EXPONENT_SPP)?;
             info = of;
             if args.json {
                 println!("{}", serde_json::to_string(&row)?);

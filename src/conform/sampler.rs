@@ -3,7 +3,7 @@
 use super::inputs::Inputs;
 use super::probe::Probe;
 use crate::integrator::SamplerKind;
-use crate::sampler::{self, Purpose, SampleId, hash};
+use crate::sampler::{self, Purpose, hash};
 
 fn numbers(r: &mut Inputs) -> [u32; 6] {
     [
@@ -17,7 +17,7 @@ fn numbers(r: &mut Inputs) -> [u32; 6] {
 }
 
 fn sample(kind: SamplerKind, n: [u32; 6]) -> u32 {
-    kind.sample_u32(SampleId::new(n[0], n[1], n[2]), n[3], Purpose { name: "", set: n[4], dim: n[5] })
+    kind.sample_u32(kind.sample_id(n[0], n[1], n[2]), n[3], Purpose { name: "", set: n[4], dim: n[5] })
 }
 
 pub fn probes() -> Vec<Probe> {

@@ -2,7 +2,7 @@
 //!
 //! A film of one block added to another leaves the very bits that the block itself would have left. One of several blocks adds its
 //! sums: radiance and its squares are double-double, and exact unless blocks of a pixel differ by more than 2^29; then both ways
-//! differ by 2^-104 of the sum, far below the f32 of a picture. Sums of AOVs are f64, and a mean may differ in the last
+//! differ by 2^-104 of the sum, far below the f32 of a picture. Sums of AOVs and of odd blocks are f64, and a mean may differ in the last
 //! bit of its f32 with odds of about 2^-28. Tests: film/tests.rs; whole renders: tests/cli/resume.rs.
 
 use super::{Film, Tile};
@@ -32,6 +32,7 @@ impl Film {
             for c in 0..3 {
                 self.sums[to].sum[c] = self.sums[to].sum[c].plus(next.sums[from].sum[c]);
                 self.sums[to].square[c] = self.sums[to].square[c].plus(next.sums[from].square[c]);
+                self.sums[to].odd[c] += next.sums[from].odd[c];
             }
             for k in 0..sum_count {
                 self.aov_sums[to * sum_count + k] += next.aov_sums[from * sum_count + k];

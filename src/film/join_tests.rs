@@ -17,6 +17,8 @@ fn picture(film: &Film) -> Vec<u64> {
     for pixel in 0..film.pixel_count() {
         words.extend(film.mean(pixel).map(f64::to_bits));
         words.extend(film.variance_of_mean(pixel).map(f64::to_bits));
+        // Sums of odd blocks are f64.
+        words.extend(film.variance_by_halves(pixel).map(|v| u64::from((v as f32).to_bits())));
         words.push(u64::from(film.block_count(pixel)));
         for index in 0..AOVS.len() {
             words.extend(film.aov_mean(index, pixel).unwrap_or_default().map(f64::to_bits));
@@ -116,7 +118,7 @@ fn a_film_that_cannot_be_is_refused() {
     let pixels = WINDOW.pixel_count();
     assert!(refused(&changed(0, &u32::MAX.to_le_bytes()), WINDOW, 0).contains("beyond 2^32"));
     assert!(refused(&changed(pixels * 4 + 8, &f64::NAN.to_le_bytes()), WINDOW, 0).contains("not finite"));
-    let lengths = pixels * 100;
+    let lengths = pixels * Film::BYTES_A_PIXEL;
     assert!(refused(&changed(lengths, &u32::MAX.to_le_bytes()), WINDOW, 0).contains("not as long"));
     assert!(refused(&changed(bytes.len() - 4, &9999u32.to_le_bytes()), WINDOW, 0).contains("one for each sample"));
     assert!(refused(&bytes[..bytes.len() - 8], WINDOW, 0).contains("not as long"));

@@ -1,6 +1,6 @@
 //! A film's accumulators as bytes: what memory holds, so that a film read back goes on to the same bits.
 //!
-//! In this order, pixel by pixel: counts of blocks (u32), sums of radiance and squares (twelve f64), sums of AOVs (f64), and for each
+//! In this order, pixel by pixel: counts of blocks (u32), sums of radiance and squares, and of odd blocks (fifteen f64), sums of AOVs (f64), and for each
 //! list of ids its length (u32), then all lists' entries (two u32 each); where sampling is adaptive, its state. Little endian, as every machine that Vulkan runs on.
 
 use std::io::{self, Read, Write};

@@ -139,6 +139,26 @@ fn variance_is_that_of_block_means() {
     assert!((film.variance_of_mean(0)[0] / moments.variance_of_mean() - 1.0).abs() < 1e-10);
 }
 
+/// From an even and from an odd first block, with as many of both kinds and with one more of one.
+#[test]
+fn variance_by_halves_is_that_of_two_sequences() {
+    for (first, count) in [(0, 8), (0, 9), (3, 8), (3, 9), (3, 2)] {
+        let mut film = Film::new(1, 1, Aovs::NONE, first);
+        let mut halves = [(0.0, 0.0); 2];
+        for block in first..first + count {
+            assert_eq!(film.variance_by_halves(0).map(f64::is_finite), [block > first + 1; 3]);
+            film.add_block(0, block, &slot(noise(0, block)));
+            let (sum, n) = &mut halves[(block % 2) as usize];
+            (*sum, *n) = (*sum + f64::from(noise(0, block)) / 16.0, *n + 1.0);
+        }
+        let [even, odd] = halves.map(|(sum, n)| sum / n);
+        // s^2 of a block, were there but these two means: var(even) + var(odd) = s^2 (1/n + 1/m), and the mean's is s^2 / (n + m).
+        let of_block = (even - odd).powi(2) / (1.0 / halves[0].1 + 1.0 / halves[1].1);
+        let expected = of_block / count as f64;
+        assert!((film.variance_by_halves(0)[0] / expected - 1.0).abs() < 1e-9, "{first}, {count}");
+    }
+}
+
 #[test]
 fn a_tiny_variance_on_a_large_mean_survives() {
     let mut film = Film::new(1, 1, Aovs::NONE, 0);
@@ -195,7 +215,7 @@ fn ledger_counts_and_keeps_keys() {
 
 #[test]
 fn stated_bytes_a_pixel() {
-    assert_eq!((Film::BYTES_A_PIXEL, Film::bytes_a_pixel(Aovs::usual())), (100, 164));
+    assert_eq!((Film::BYTES_A_PIXEL, Film::bytes_a_pixel(Aovs::usual())), (124, 188));
 }
 
 #[test]

@@ -4,9 +4,10 @@
 //! replicates form groups of four; each group gives a line of ln relMSE over ln N, and Student's t over the groups an interval of its
 //! slope: -1 for independent samples, steeper where Owen-scrambled nets meet smooth integrands (Owen 1997: up to -3).
 //!
-//! A render's blocks are aligned parts of one scrambled sequence: its image is that of one long sequence. The price that blocks with
-//! scrambles of their own would cost is known without rendering it, (16/N) relMSE(16) over relMSE(N). What one sequence does cost is the
-//! estimate: the spread of its blocks does not see that they complete each other, and says too much by about that price at most.
+//! A pixel's blocks are aligned parts of two scrambled sequences by turns, so that their difference tells the error
+//! (`metric::estimate`). What that costs against one long sequence is known without rendering it: N samples are the mean of two nets of
+//! N/2, so that one net of N has twice relMSE(2N), and the price is relMSE(N) over that. So is the price of a scramble for each block, the other
+//! way to a right estimate: (16/N) relMSE(16) over twice relMSE(2N).
 
 use std::fmt::Write as _;
 
@@ -33,8 +34,9 @@ const GROUP: u32 = 4;
 pub struct Level {
     pub spp: u64,
     pub relmse: Interval,
-    /// relMSE of as many samples in blocks with scrambles of their own, over this.
-    pub penalty: f64,
+    /// relMSE of two sequences, and of a scramble for each block, over that of one long sequence; None at the last level.
+    pub of_two: Option<f64>,
+    pub of_blocks: Option<f64>,
     /// Mean of the renders' own estimate over this; None for a single block.
     pub estimate_ratio: Option<f64>,
 }
@@ -115,9 +117,17 @@ pub fn measure(
         let relmse = at(level);
         let estimate = sums.iter().map(|g| g[level].estimate).sum::<f64>() / f64::from(groups * GROUP);
         let spp = blocks * BLOCK;
-        let penalty = first * BLOCK as f64 / spp as f64 / relmse.value;
+        // A single block is one sequence still.
+        let of_one =
+            if blocks == 1 { Some(first) } else { (level + 1 < levels.len()).then(|| 2.0 * at(level + 1).value) };
         let estimate_ratio = Some(estimate / relmse.value).filter(|r| r.is_finite());
-        Level { spp, relmse, penalty, estimate_ratio }
+        Level {
+            spp,
+            relmse,
+            of_two: of_one.map(|one| relmse.value / one),
+            of_blocks: of_one.map(|one| first * BLOCK as f64 / spp as f64 / one),
+            estimate_ratio,
+        }
     });
     let slopes: Vec<f64> = found
         .iter()
@@ -165,15 +175,17 @@ impl Row {
 
 pub fn markdown(rows: &[Row]) -> String {
     let mut text = String::from(
-        "| scene, estimator | sampler | exponent [95 %] | at spp | relMSE | own scrambles a block would cost | own estimate / truth |\n\
-         |---|---|---|---|---|---|---|\n",
+        "| scene, estimator | sampler | exponent [95 %] | at spp | relMSE | own estimate / truth | at spp | two sequences / one | a scramble for each block / one |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
     );
     for r in rows {
         let Some(last) = r.levels.last() else { continue };
         let e = &r.exponent;
+        let priced = r.levels.iter().rev().find(|l| l.of_two.is_some());
+        let price = |of: fn(&Level) -> Option<f64>| priced.and_then(of).map_or("-".into(), |v| format!("{v:.2}"));
         let _ = writeln!(
             text,
-            "| {} | {} | {:.2} [{:.2}, {:.2}] | {} | {:.2e} [{:.2e}, {:.2e}] | {:.2} | {} |",
+            "| {} | {} | {:.2} [{:.2}, {:.2}] | {} | {:.2e} [{:.2e}, {:.2e}] | {} | {} | {} | {} |",
             r.name(),
             word(r.sampler),
             e.value,
@@ -183,8 +195,10 @@ pub fn markdown(rows: &[Row]) -> String {
             last.relmse.value,
             last.relmse.low,
             last.relmse.high,
-            last.penalty,
             last.estimate_ratio.map_or("-".into(), |v| format!("{v:.2}")),
+            priced.map_or(0, |l| l.spp),
+            price(|l| l.of_two),
+            price(|l| l.of_blocks),
         );
     }
     text
@@ -192,13 +206,15 @@ pub fn markdown(rows: &[Row]) -> String {
 
 /// One line a level.
 pub fn csv(rows: &[Row]) -> String {
-    let mut text =
-        String::from("scene,estimator,sampler,replicates,spp,relmse,relmse_low,relmse_high,penalty,estimate_ratio\n");
+    let mut text = String::from(
+        "scene,estimator,sampler,replicates,spp,relmse,relmse_low,relmse_high,of_two,of_blocks,estimate_ratio\n",
+    );
+    let figure = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.4}"));
     for r in rows {
         for l in &r.levels {
             let _ = writeln!(
                 text,
-                "{},{},{},{},{},{:.5e},{:.5e},{:.5e},{:.4},{}",
+                "{},{},{},{},{},{:.5e},{:.5e},{:.5e},{},{},{}",
                 r.scene,
                 word(r.estimator),
                 word(r.sampler),
@@ -207,8 +223,9 @@ pub fn csv(rows: &[Row]) -> String {
                 l.relmse.value,
                 l.relmse.low,
                 l.relmse.high,
-                l.penalty,
-                l.estimate_ratio.map_or(String::new(), |v| format!("{v:.4}"))
+                figure(l.of_two),
+                figure(l.of_blocks),
+                figure(l.estimate_ratio)
             );
         }
     }

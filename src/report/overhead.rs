@@ -1,7 +1,7 @@
 //! What knowing the error costs: the host's share of a render's time, and the memory.
 //!
-//! Timed is all that the host does while a render runs, beside the device: summing blocks and their squares, the ledger, the estimates on
-//! the way and the last one. The squares are a part of that, so that the share is an upper bound of what the estimate costs.
+//! Timed is all that the host does while a render runs, beside the device: summing blocks, their squares and odd blocks, the ledger, the estimates on
+//! the way and the last one. What the error needs is a part of that, so that the share is an upper bound of what the estimate costs.
 
 use std::cell::Cell;
 use std::ops::Range;
@@ -18,10 +18,10 @@ use crate::film::spans::Span;
 use crate::metric::estimate;
 use crate::render::{self, Stops};
 
-/// Bytes a pixel that the squares of block sums take in the film, out of `Film::BYTES_A_PIXEL`.
-pub const SQUARE_BYTES: usize = size_of::<[Dd; 3]>();
-/// Bytes a pixel while an estimate is made: means with variances, scales, and the terms of two measures.
-pub const PASSING_BYTES: usize = size_of::<[[f64; 3]; 2]>() + size_of::<[f64; 3]>() + 2 * size_of::<f64>();
+/// Bytes a pixel that the squares of block sums and the sums of odd blocks take in the film, out of `Film::BYTES_A_PIXEL`.
+pub const ERROR_BYTES: usize = size_of::<[Dd; 3]>() + size_of::<[f64; 3]>();
+/// Bytes a pixel while an estimate is made: means with two variances, scales, and the terms of three measures.
+pub const PASSING_BYTES: usize = size_of::<[[f64; 3]; 4]>() + 3 * size_of::<f64>();
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
@@ -39,7 +39,7 @@ pub struct Row {
     /// Of all time.
     pub estimate_share: f64,
     pub film_bytes_a_pixel: usize,
-    pub square_bytes_a_pixel: usize,
+    pub error_bytes_a_pixel: usize,
     pub passing_bytes_a_pixel: usize,
 }
 
@@ -109,14 +109,14 @@ pub fn measure(scene: &str, source: &mut dyn SampleSource, seconds: f64) -> Resu
         estimate_s,
         estimate_share: f64::from(count.get()) * estimate_s / all_s,
         film_bytes_a_pixel: Film::BYTES_A_PIXEL,
-        square_bytes_a_pixel: SQUARE_BYTES,
+        error_bytes_a_pixel: ERROR_BYTES,
         passing_bytes_a_pixel: PASSING_BYTES,
     })
 }
 
 pub fn markdown(rows: &[Row]) -> String {
     let mut text = String::from(
-        "| scene | size | s | host's share of the time | estimates | of them | bytes a pixel: film, of it squares, passing |\n|---|---|---|---|---|---|---|\n",
+        "| scene | size | s | host's share of the time | estimates | of them | bytes a pixel: film, of it for the error, passing |\n|---|---|---|---|---|---|---|\n",
     );
     for r in rows {
         text += &format!(
@@ -130,7 +130,7 @@ pub fn markdown(rows: &[Row]) -> String {
             1e3 * r.estimate_s,
             100.0 * r.estimate_share,
             r.film_bytes_a_pixel,
-            r.square_bytes_a_pixel,
+            r.error_bytes_a_pixel,
             r.passing_bytes_a_pixel
         );
     }

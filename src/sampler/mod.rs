@@ -12,6 +12,14 @@ use crate::integrator::SamplerKind;
 impl SamplerKind {
     pub const ALL: [Self; 2] = [Self::Sobol, Self::Independent];
 
+    /// Sample `sample_index` of pixel `pixel_index` = y * width + x.
+    pub fn sample_id(self, pixel_index: u32, sample_index: u32, seed: u32) -> SampleId {
+        match self {
+            Self::Sobol => sobol::sample_id(pixel_index, sample_index, seed),
+            Self::Independent => independent::sample_id(pixel_index, sample_index, seed),
+        }
+    }
+
     /// 32 uniform bits for `purpose` at path vertex `vertex`.
     pub fn sample_u32(self, id: SampleId, vertex: u32, purpose: Purpose) -> u32 {
         match self {
@@ -26,14 +34,8 @@ impl SamplerKind {
 pub struct SampleId {
     /// Hash of pixel and seed; different pixels of one seed never share it.
     pub pixel_seed: u32,
+    /// In the sequence.
     pub index: u32,
-}
-
-impl SampleId {
-    /// `pixel_index` = y * width + x.
-    pub fn new(pixel_index: u32, sample_index: u32, seed: u32) -> Self {
-        Self { pixel_seed: hash::hash_combine(hash::pcg(seed), pixel_index), index: sample_index }
-    }
 }
 
 /// A word to [0,1): 24 bits, so the result is an exact f32 and never 1.
@@ -129,9 +131,9 @@ mod tests {
     fn words_are_uniform_over_samples_and_over_pixels() {
         for sampler in SamplerKind::ALL {
             for &p in DIMENSIONS {
-                let over_samples = (0..COUNT).map(|i| sampler.sample_u32(SampleId::new(5, i, 0), 2, p));
-                let over_pixels = (0..COUNT).map(|i| sampler.sample_u32(SampleId::new(i, 3, 0), 2, p));
-                let over_vertices = (0..COUNT).map(|i| sampler.sample_u32(SampleId::new(4, 3, 0), i, p));
+                let over_samples = (0..COUNT).map(|i| sampler.sample_u32(sampler.sample_id(5, i, 0), 2, p));
+                let over_pixels = (0..COUNT).map(|i| sampler.sample_u32(sampler.sample_id(i, 3, 0), 2, p));
+                let over_vertices = (0..COUNT).map(|i| sampler.sample_u32(sampler.sample_id(4, 3, 0), i, p));
                 for (what, chi) in
                     [("samples", chi2(over_samples)), ("pixels", chi2(over_pixels)), ("vertices", chi2(over_vertices))]
                 {
@@ -147,7 +149,9 @@ mod tests {
         let p = |set, dim| Purpose { name: "", set, dim };
         for sampler in SamplerKind::ALL {
             let sequence = |pixel, seed, vertex, purpose| -> Vec<f64> {
-                (0..COUNT).map(|i| u01(sampler.sample_u32(SampleId::new(pixel, i, seed), vertex, purpose))).collect()
+                (0..COUNT)
+                    .map(|i| u01(sampler.sample_u32(sampler.sample_id(pixel, i, seed), vertex, purpose)))
+                    .collect()
             };
             let base = sequence(100, 0, 1, p(2, 0));
             let others = [
@@ -178,8 +182,8 @@ mod tests {
     #[test]
     fn the_last_indices_work() {
         for sampler in SamplerKind::ALL {
-            let last = sampler.sample_u32(SampleId::new(u32::MAX, u32::MAX, u32::MAX), u32::MAX, ROULETTE);
-            let before = sampler.sample_u32(SampleId::new(u32::MAX, u32::MAX - 1, u32::MAX), u32::MAX, ROULETTE);
+            let last = sampler.sample_u32(sampler.sample_id(u32::MAX, u32::MAX, u32::MAX), u32::MAX, ROULETTE);
+            let before = sampler.sample_u32(sampler.sample_id(u32::MAX, u32::MAX - 1, u32::MAX), u32::MAX, ROULETTE);
             assert_ne!(last, before);
         }
     }

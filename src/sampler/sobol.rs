@@ -4,9 +4,16 @@
 //! seeds of (pixel, vertex, set); samples first..first+2^m at a multiple of 2^m remain a net in each set. The scramble is the
 //! Laine-Karras hash with the constants of Vegdahl 2021 ("Building a Better LK Hash"). Direction numbers are generated from
 //! the primitive polynomials and initial numbers of Joe and Kuo 2008 (new-joe-kuo-6, dimensions 1 to 4).
+//!
+//! A pixel has two sequences with scrambles of their own. Blocks of 16 samples belong to one and the other by turns, so that the
+//! difference of two means that share nothing tells the error of both (Owen 1997: replicates), at whatever rate they converge. The price is
+//! that two halves of N samples meet in place of one net: `bench --filter exponents` has it.
+//!
 //! GLSL: shaders/sampler/sobol.glsl, equal bit for bit.
 
-use super::{Purpose, SETS_PER_VERTEX, SampleId, hash::hash_combine};
+use super::hash::{hash_combine, pcg};
+use super::{Purpose, SETS_PER_VERTEX, SampleId};
+use crate::film::slot::BLOCK_SAMPLES;
 
 /// Degree, inner coefficients and initial odd numbers m of dimensions 2 to 4 (Joe and Kuo 2008).
 const POLYNOMIALS: [(usize, u32, [u32; 3]); 3] = [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1])];
@@ -61,6 +68,13 @@ fn sobol_reversed(index: u32, dim: u32) -> u32 {
     word.reverse_bits()
 }
 
+/// Sample of the pixel's even blocks or odd blocks. Pixels below 2^31 share no seed.
+pub fn sample_id(pixel_index: u32, sample_index: u32, seed: u32) -> SampleId {
+    let (block, in_block) = (sample_index / BLOCK_SAMPLES, sample_index % BLOCK_SAMPLES);
+    let sequence = pixel_index ^ (block % 2) << 31;
+    SampleId { pixel_seed: hash_combine(pcg(seed), sequence), index: block / 2 * BLOCK_SAMPLES + in_block }
+}
+
 /// All 32 bits are usable.
 pub fn sample_u32(id: SampleId, vertex: u32, purpose: Purpose) -> u32 {
     let set_seed = hash_combine(id.pixel_seed, vertex.wrapping_mul(SETS_PER_VERTEX).wrapping_add(purpose.set));
@@ -72,8 +86,10 @@ pub fn sample_u32(id: SampleId, vertex: u32, purpose: Purpose) -> u32 {
 mod tests {
     use super::*;
 
+    /// Of the sequence that the pixel's even blocks belong to.
     fn points(pixel: u32, first: u32, count: u32, dims: [u32; 2]) -> Vec<[u32; 2]> {
-        let word = |i: u32, dim: u32| sample_u32(SampleId::new(pixel, i, 1), 3, Purpose { name: "", set: 2, dim });
+        let pixel_seed = sample_id(pixel, 0, 1).pixel_seed;
+        let word = |index: u32, dim| sample_u32(SampleId { pixel_seed, index }, 3, Purpose { name: "", set: 2, dim });
         (first..first + count).map(|i| dims.map(|d| word(i, d))).collect()
     }
 
@@ -94,6 +110,24 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn blocks_take_turns_between_two_sequences() {
+        let id = |pixel, sample| sample_id(pixel, sample, 7);
+        let [even, odd] = [0, 16].map(|sample| id(5, sample).pixel_seed);
+        assert_ne!(even, odd);
+        let blocks: Vec<SampleId> = (0..96).map(|sample| id(5, sample)).collect();
+        for (sequence, seed) in [even, odd].into_iter().enumerate() {
+            let indices: Vec<u32> = blocks.iter().filter(|id| id.pixel_seed == seed).map(|id| id.index).collect();
+            assert_eq!(indices, (0..48).collect::<Vec<_>>(), "sequence {sequence}");
+            assert_eq!(blocks[32 * sequence..][..16].iter().map(|id| id.index).min(), Some(16 * sequence as u32));
+        }
+        // No two pixels share one.
+        let mut seeds: Vec<u32> = (0..1 << 12).flat_map(|pixel| [0, 16].map(|s| id(pixel, s).pixel_seed)).collect();
+        seeds.sort_unstable();
+        seeds.dedup();
+        assert_eq!(seeds.len(), 2 << 12);
     }
 
     /// Each dimension alone is stratified: 2^m aligned samples fall in 2^m different intervals.

@@ -2,7 +2,7 @@
 //!
 //! Bytes: "STERPART", the format's version and the header's length (u64 each), the header (JSON, filled up to 8 bytes with spaces), the film
 //! (`film::store`), a checksum of all before (128 bits). Little endian, not compressed: the noise of samples does not compress. A pixel
-//! takes 100 bytes, 164 with the usual AOVs. A file is written beside its place, brought to the disk and renamed; it is read only when
+//! takes 124 bytes, 188 with the usual AOVs. A file is written beside its place, brought to the disk and renamed; it is read only when
 //! its checksum is right, and then nothing in it is taken on trust either. Tests: tests.rs here, tests/cli/resume.rs.
 
 mod identity;
@@ -30,7 +30,7 @@ use seal::Seal;
 pub const EXTENSION: &str = "part";
 
 const MAGIC: &[u8; 8] = b"STERPART";
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
 /// Magic, version, length of the header.
 const HEAD_BYTES: u64 = 24;
 const SEAL_BYTES: u64 = 16;

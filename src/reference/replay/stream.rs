@@ -17,7 +17,7 @@ pub struct Stream {
 impl Stream {
     pub fn new(sampler: SamplerKind, seed: u32, pixel_index: u32, sample: u32) -> Self {
         let path_hash = hash_combine(hash_combine(seed, pixel_index), sample);
-        Self { sampler, id: SampleId::new(pixel_index, sample, seed), path_hash }
+        Self { sampler, id: sampler.sample_id(pixel_index, sample, seed), path_hash }
     }
 }
 
