@@ -58,6 +58,11 @@ const fn text(file: &'static str, from: &'static str, to: &'static str) -> Fault
 
 const MUTATIONS: &[Mutation] = &[
     Mutation {
+        name: "odd blocks repeat the sequence of even ones, and two halves seem to agree",
+        fault: text("sampler/sobol.glsl", "pixel_index ^ odd", "pixel_index"),
+        caught_by: &[Replay(scenes::cornell)],
+    },
+    Mutation {
         name: "lambert evaluates without its cosine",
         fault: text("bsdf/lambert.glsl", "b.albedo * (INV_PI * wi.z)", "b.albedo * INV_PI"),
         caught_by: &[ClosedForm(known::sphere_lamp), Replay(scenes::cornell), Image(scenes::cornell)],

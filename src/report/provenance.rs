@@ -79,15 +79,17 @@ fn command_line() -> String {
     words.join(" ")
 }
 
-/// Of the checkout that the program lies in.
+/// Of the checkout that the program lies in, "-dirty" where what renders differs from it: tables and pages in the making do not count.
 fn commit() -> Option<String> {
+    let name = git(&["describe", "--always"])?;
+    let changed =
+        git(&["status", "--porcelain", "--", ":/src", ":/shaders", ":/scenes", ":/Cargo.toml", ":/Cargo.lock"])?;
+    Some(if changed.is_empty() { name } else { name + "-dirty" })
+}
+
+fn git(arguments: &[&str]) -> Option<String> {
     let folder = std::env::current_exe().ok()?.parent()?.to_owned();
-    let git = std::process::Command::new("git")
-        .arg("-C")
-        .arg(folder)
-        .args(["describe", "--always", "--dirty"])
-        .output()
-        .ok()?;
+    let git = std::process::Command::new("git").arg("-C").arg(folder).args(arguments).output().ok()?;
     git.status.success().then(|| String::from_utf8_lossy(&git.stdout).trim().to_owned())
 }
 

@@ -54,7 +54,7 @@ pub struct Summary {
     pub at_budget: Point,
     /// Exponent of relMSE in spp; -1 for independent samples. None below two replicates or three levels.
     pub exponent: Option<Interval>,
-    /// Median of the renders' own estimate over the true error, at the end of the budget.
+    /// Median of the renders' own estimate over the true error, at the end of the budget; None where the reference cannot tell.
     pub estimate_ratio: Option<f64>,
     /// Squared bias in units of relMSE at the largest level of all replicates, variance taken out.
     pub bias_squared: Option<Interval>,
@@ -86,8 +86,9 @@ fn summary(study: &Study, variant: usize) -> Option<Summary> {
     let last: Vec<&Snapshot> = runs.iter().filter_map(|r| r.snapshots.last()).collect();
     let at_budget = point(&last, noise);
     let exponent = exponent(&runs, noise);
-    let ratios: Vec<f64> =
-        last.iter().filter_map(|s| Some(s.estimate?.relmse.value / (s.errors.relmse - noise).max(1e-300))).collect();
+    // An error below the reference's own noise is not known.
+    let known = last.iter().filter(|s| s.errors.relmse > 2.0 * noise);
+    let ratios: Vec<f64> = known.filter_map(|s| Some(s.estimate?.relmse.value / (s.errors.relmse - noise))).collect();
     let pixels = study.reference.picture.pixels.len() as f64;
     let rates =
         runs.iter().filter_map(|r| Some(r.snapshots.last()?.spp as f64 / (r.snapshots.last()?.seconds - r.setup_s)));

@@ -22,14 +22,15 @@ pub fn markdown(scenes: &[(String, Vec<Summary>)]) -> String {
             let time = s.qualities.iter().find(|q| q.relmse == QUALITY);
             let time =
                 time.map_or("-".into(), |q| format!("{}{:.2}", if q.is_extrapolated { "~" } else { "" }, q.seconds));
+            let relmse = match end.relmse > 0.0 {
+                true => format!("{:.2e} [{:.2e}, {:.2e}]", end.relmse, end.relmse_low, end.relmse_high),
+                false => "below the reference's noise".into(),
+            };
             let _ = writeln!(
                 text,
-                "| {scene} | {} | {} | {:.2e} [{:.2e}, {:.2e}] | {:.4} | {time} | {} | {} | {} |",
+                "| {scene} | {} | {} | {relmse} | {:.4} | {time} | {} | {} | {} |",
                 s.variant,
                 end.spp,
-                end.relmse,
-                end.relmse_low,
-                end.relmse_high,
                 end.flip,
                 with(s.exponent, &|v| format!("{v:.2}")),
                 with(s.bias_squared, &|v| format!("{v:.0e}")),
