@@ -76,7 +76,7 @@ pub fn losses() -> Vec<Loss> {
 
 pub fn row(subject: &Subject, loss: &Loss) -> Result<GateRow, Error> {
     let settings = Settings::default();
-    let (slots, prepared) = subject.samples(&loss.scene, &settings, u64::from(BLOCK_SAMPLES))?;
+    let (slots, prepared) = subject.samples(&loss.scene, &settings, 0..u64::from(BLOCK_SAMPLES))?;
     let seen: u64 = slots.iter().map(|s| u64::from(LEDGER_ALPHA_OVERFLOW.read(s))).sum();
     let light = slots.iter().map(|s| f64::from(s.sum[0])).sum::<f64>() / slots.len() as f64;
     let film = render::film(Replay::new(prepared, &settings), settings, 1);

@@ -5,6 +5,8 @@
 //! the image's mean. Two things must hold: few samples are parted, and parting has no direction: the mean difference
 //! over all samples stays within 4.5 standard errors of 0, rounding allowed for.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -26,19 +28,20 @@ const FLOOR: f64 = 1e-4;
 const PARTED_SHARE: f64 = 0.01;
 /// Systematic rounding of a mean in f32, relative.
 const ROUNDING: f64 = 2e-5;
-/// Samples a pixel.
-const SAMPLES: u64 = 16;
+/// Of every pixel: the end of an even block and the beginning of an odd one, which may have sequences of their own.
+const SAMPLES: Range<u64> = 8..24;
 
 /// One row for `scene`.
 pub fn row(subject: &Subject, scene: &Scene, settings: &Settings) -> Result<GateRow, Error> {
     let (slots, prepared) = subject.samples(scene, settings, SAMPLES)?;
     let world = Replay::new(prepared.clone(), settings);
     let (width, pixels) = (prepared.width as usize, prepared.width as usize * prepared.height as usize);
+    let sample_of = |i: usize| SAMPLES.start + (i / pixels) as u64;
     let expected: Vec<(DVec3, u32)> = (0..slots.len())
         .into_par_iter()
         .map(|i| {
             let pixel = [(i % pixels % width) as u32, (i % pixels / width) as u32];
-            let sample = trace(&world, settings, pixel, (i / pixels) as u64, |_| ());
+            let sample = trace(&world, settings, pixel, sample_of(i), |_| ());
             (if sample.radiance.is_finite() { sample.radiance } else { DVec3::ZERO }, sample.rays)
         })
         .collect();
@@ -54,7 +57,7 @@ pub fn row(subject: &Subject, scene: &Scene, settings: &Settings) -> Result<Gate
     let difference = Moments::of(slots.iter().zip(&expected).map(|(s, e)| (sum(s.sum) - e.0.element_sum()) / 3.0));
     let bound = 4.5 * difference.variance_of_mean().sqrt() + ROUNDING * mean;
     let first = parted.first().map_or(String::new(), |i| {
-        format!(", first at ({}, {}) sample {}", i % pixels % width, i % pixels / width, i / pixels)
+        format!(", first at ({}, {}) sample {}", i % pixels % width, i % pixels / width, sample_of(*i))
     });
     Ok(GateRow::new(
         Gate::Replay,

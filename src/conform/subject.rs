@@ -1,5 +1,6 @@
 //! What the path gates examine: a device that renders a scene, as it is or with a deliberate fault.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::error::Error;
@@ -92,14 +93,14 @@ impl<'a> Subject<'a> {
         &self,
         scene: &Scene,
         settings: &Settings,
-        count: u64,
+        samples: Range<u64>,
     ) -> Result<(Vec<SlotRecord>, Arc<Prepared>), Error> {
         let prepared = Arc::new(prepared(scene, settings)?);
         let mut renderer = self.renderer(&prepared, settings)?;
         let (width, height) = renderer.resolution();
         let tile = Tile { x: 0, y: 0, width, height };
         let mut slots = Vec::new();
-        for sample in 0..count {
+        for sample in samples {
             let (rows, _) = renderer.render_singles(tile, sample..sample + 1)?;
             slots.extend(rows.chunks_exact(2).map(|r| bytemuck::cast::<[[u32; 4]; 2], SlotRecord>([r[0], r[1]])));
         }
