@@ -13,6 +13,7 @@
 # said. BUDGET (seconds of a run, 5) and REPEATS (5) make it shorter. Tables are put between the marks of the two README.md.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+here=$PWD
 cd "$root"
 part=${1:-plot}
 out=target/error-vs-time
@@ -21,8 +22,11 @@ readme=README.md
 scenes=(scenes/cornell.toml scenes/veach.toml scenes/showcase.toml)
 height=128
 if [[ $part == rehearsal ]]; then
-    docs=${2:?"say into which folder"} out=$docs/work readme=$docs/project.md
-    mkdir -p "$docs"
+    if [[ -z ${2:-} ]] || ! docs=$(cd "$here" && mkdir -p "$2" 2>/dev/null && cd "$2" && pwd); then
+        echo "benches/error_vs_time.sh: rehearsal: '${2:-}' is no folder and cannot be made one; give another" >&2
+        exit 2
+    fi
+    out=$docs/work readme=$docs/project.md
     cp README.md "$readme"
     cp docs/error-vs-time/README.md "$docs"
     scenes=(scenes/veach.toml) height=16 BUDGET=0.3 REPEATS=2

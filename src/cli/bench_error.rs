@@ -37,7 +37,7 @@ const DISC_LAMP: Text = embedded!("disc_lamp");
 const SPHERE_LAMP: Text = embedded!("sphere_lamp");
 
 /// Image heights, pixels.
-const COVERAGE_HEIGHT: u32 = 64;
+const COVERAGE_HEIGHT: u32 = 48;
 const EXPONENT_HEIGHT: u32 = 32;
 const COVERAGE_SPP: u64 = 64;
 const COVERAGE_SEEDS: u32 = 1000;

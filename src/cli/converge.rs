@@ -83,6 +83,13 @@ pub fn run(args: &Args) -> anyhow::Result<Exit> {
     output::check(&args.output.join("index.html"))?;
     // All scenes are read before any time is spent.
     let scenes: Vec<Scene> = args.scenes.iter().map(|path| load(args, path)).collect::<anyhow::Result<_>>()?;
+    for (k, scene) in scenes.iter().enumerate() {
+        anyhow::ensure!(
+            scenes[..k].iter().all(|other| other.name != scene.name),
+            "two scenes are called {}, and so would be their plots: leave one out, or rename a file",
+            scene.name
+        );
+    }
     let interrupt = Interrupt::install()?;
     let mut studies: Vec<Study> = Vec::new();
     for scene in &scenes {

@@ -175,17 +175,20 @@ impl Row {
 
 pub fn markdown(rows: &[Row]) -> String {
     let mut text = String::from(
-        "| scene, estimator | sampler | exponent [95 %] | at spp | relMSE | own estimate / truth | at spp | two sequences / one | a scramble for each block / one |\n\
-         |---|---|---|---|---|---|---|---|---|\n",
+        "| scene, estimator | sampler | exponent [95 %] | at spp | relMSE | own estimate / truth | two sequences / one at 64, 256, 1024, 2048 spp | a scramble for each block / one at 2048 |\n\
+         |---|---|---|---|---|---|---|---|\n",
     );
     for r in rows {
         let Some(last) = r.levels.last() else { continue };
         let e = &r.exponent;
-        let priced = r.levels.iter().rev().find(|l| l.of_two.is_some());
-        let price = |of: fn(&Level) -> Option<f64>| priced.and_then(of).map_or("-".into(), |v| format!("{v:.2}"));
+        let price = |spp: u64, of: fn(&Level) -> Option<f64>| {
+            let level = r.levels.iter().find(|l| l.spp == spp);
+            level.and_then(of).map_or("-".into(), |v| format!("{v:.2}"))
+        };
+        let of_two = [64, 256, 1024, 2048].map(|spp| price(spp, |l| l.of_two)).join(", ");
         let _ = writeln!(
             text,
-            "| {} | {} | {:.2} [{:.2}, {:.2}] | {} | {:.2e} [{:.2e}, {:.2e}] | {} | {} | {} | {} |",
+            "| {} | {} | {:.2} [{:.2}, {:.2}] | {} | {:.2e} [{:.2e}, {:.2e}] | {} | {of_two} | {} |",
             r.name(),
             word(r.sampler),
             e.value,
@@ -196,9 +199,7 @@ pub fn markdown(rows: &[Row]) -> String {
             last.relmse.low,
             last.relmse.high,
             last.estimate_ratio.map_or("-".into(), |v| format!("{v:.2}")),
-            priced.map_or(0, |l| l.spp),
-            price(|l| l.of_two),
-            price(|l| l.of_blocks),
+            price(2048, |l| l.of_blocks),
         );
     }
     text

@@ -29,7 +29,7 @@ impl Provenance {
         Self {
             program: concat!("steradian ", env!("CARGO_PKG_VERSION")).into(),
             command: command_line(),
-            commit: commit().unwrap_or_default(),
+            commit: commit().unwrap_or_else(|| "unknown".into()),
             machine: format!("{}, {threads} threads", model.unwrap_or("unknown processor")),
             date: humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string(),
         }

@@ -32,7 +32,7 @@ impl SamplerKind {
 /// Which sample of which pixel; GLSL has the same struct (shaders/core/random.glsl).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SampleId {
-    /// Hash of pixel and seed; different pixels of one seed never share it.
+    /// Hash of pixel and seed; different pixels of one seed never share it (of the first 2^31, where a pixel has two).
     pub pixel_seed: u32,
     /// In the sequence.
     pub index: u32,
