@@ -140,7 +140,7 @@ fn draw_panel(
         // Errors fall: the lower left is empty, but for the ticks.
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
+            .position(SeriesLabelPosition::LowerLeft)
             .margin(14)
             .border_style(RGBColor(200, 200, 200))
             .background_style(WHITE.mix(0.8))
