@@ -3,7 +3,7 @@
 #
 #     benches/error_vs_time.sh             the plot and its table: under 15 minutes on two cores, after the references
 #     benches/error_vs_time.sh tables      exponents, Veach's bound, cost of the estimate: about 15 minutes
-#     benches/error_vs_time.sh coverage    coverage of the estimate, 8000 renders: about 30 minutes
+#     benches/error_vs_time.sh coverage    coverage of the estimate, 8000 renders: about 15 minutes
 #     benches/error_vs_time.sh all
 #     benches/error_vs_time.sh rehearsal DIR
 #                                          every step of the first with one scene in small, into DIR and nothing else: for CI
