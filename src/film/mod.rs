@@ -275,20 +275,19 @@ impl Film {
         })
     }
 
-    /// Variance of a pixel's mean, from the difference between the means of its even and of its odd blocks: without bias however fast either
-    /// converges if it has as many of both, else by as much as its fall with n differs from 1/n. One degree of freedom. Infinite while there is
-    /// a block of one kind only.
+    /// Variance of a pixel's mean, from the difference between the means of its even and of its odd blocks: without bias if there are as many
+    /// of both, else by as much as its fall with n differs from 1/n. One degree of freedom. Infinite while there is one kind only.
     pub fn variance_by_halves(&self, pixel: usize) -> [f64; 3] {
         let n = u64::from(self.block_count[pixel]);
-        let odd = (n + self.first_block % 2) / 2;
-        let [of_odd, of_even] = [odd, n - odd].map(|count| count as f64);
+        let of_odd = ((n + self.first_block % 2) / 2) as f64;
+        let of_even = n as f64 - of_odd;
         if of_odd == 0.0 || of_even == 0.0 {
             return [f64::INFINITY; 3];
         }
         let sums = &self.sums[pixel];
         std::array::from_fn(|c| {
-            let even = sums.sum[c].value() - sums.odd[c];
-            let difference = (even / of_even - sums.odd[c] / of_odd) / f64::from(BLOCK_SAMPLES);
+            let even = (sums.sum[c].value() - sums.odd[c]) / of_even;
+            let difference = (even - sums.odd[c] / of_odd) / f64::from(BLOCK_SAMPLES);
             difference * difference * of_even * of_odd / (n * n) as f64
         })
     }
