@@ -42,17 +42,20 @@ splice() {
     cat "$out/spliced" >"$1"
 }
 
-plot() {
-    export STERADIAN_ASSETS=${STERADIAN_ASSETS:-../shared/assets}
-    # Paths in scenes count from the scene's folder.
-    [[ $STERADIAN_ASSETS == /* ]] || STERADIAN_ASSETS=$(realpath -m "$STERADIAN_ASSETS")
-    if [[ $part == rehearsal ]]; then
-        :
-    elif [[ -d $STERADIAN_ASSETS/gltf ]]; then
+# The real model, where it is.
+add_model() {
+    if [[ -d $STERADIAN_ASSETS/gltf ]]; then
         scenes+=(scenes/peer_d.toml)
     else
         echo "skipped: no assets: scenes/peer_d.toml (a glTF model under an HDR sky)" >&2
     fi
+}
+
+plot() {
+    export STERADIAN_ASSETS=${STERADIAN_ASSETS:-../shared/assets}
+    # Paths in scenes count from the scene's folder.
+    [[ $STERADIAN_ASSETS == /* ]] || STERADIAN_ASSETS=$(realpath -m "$STERADIAN_ASSETS")
+    [[ $part == rehearsal ]] || add_model
     ./x converge "${scenes[@]}" --height "$height" --variants mis,mis+independent,bsdf,light \
         --budget "${BUDGET:-5}" --repeats "${REPEATS:-5}" -o "$out"
     cp "$out"/{overview.svg,runs.csv,summary.json,table.md,veach-equal-time.png} "$docs"

@@ -20,7 +20,7 @@ const EVERY_S: f64 = 30.0;
 #[derive(clap::Args)]
 pub struct KeepArgs {
     /// Renders samples A to B of every pixel, B excluded, in whole blocks of 16; `-o X.part` keeps them for `merge`
-    #[arg(long, value_name = "A..B", value_parser = parse_samples, conflicts_with_all = ["spp", "time", "error"])]
+    #[arg(long, value_name = "A..B", value_parser = parse_samples, allow_hyphen_values = true, conflicts_with_all = ["spp", "time", "error"])]
     pub samples: Option<Range<u64>>,
     /// Keeps the render in this file as it goes, to go on from with --resume
     #[arg(long, value_name = "FILE")]

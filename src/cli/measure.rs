@@ -25,7 +25,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
     /// Stops when half the luminous value's interval is below this part of the value
-    #[arg(long, value_name = "E", value_parser = super::parse_positive)]
+    #[arg(long, value_name = "E", value_parser = super::parse_positive, allow_hyphen_values = true)]
     error: Option<f64>,
     /// auto, cpu, an index of `steradian devices`, or part of a name
     #[arg(long, value_name = "D", default_value = "auto")]

@@ -47,7 +47,7 @@ pub struct Args {
     time: Option<f64>,
     /// Stops when relMSE, independent of exposure, is at most this by the upper end of the render's own 95 % interval; not while that
     /// interval's tails are too heavy to trust it
-    #[arg(long, value_name = "E", value_parser = super::parse_positive)]
+    #[arg(long, value_name = "E", value_parser = super::parse_positive, allow_hyphen_values = true)]
     error: Option<f64>,
     /// auto, cpu, an index of `steradian devices`, or part of a name
     #[arg(long, value_name = "D", default_value = "auto")]

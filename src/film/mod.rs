@@ -375,9 +375,7 @@ fn add_slot(sums: &mut PixelSums, slot: &SlotRecord, block: u64, next: u64, posi
         if b.is_finite() {
             sums.sum[c].add(b);
             sums.square[c].add(b * b);
-            if block % 2 == 1 {
-                sums.odd[c] += b;
-            }
+            sums.odd[c] += if block % 2 == 1 { b } else { 0.0 };
         } else {
             events.ledger.count_overflow(BadSample {
                 x: position.0,

@@ -1,7 +1,7 @@
 //! What knowing the error costs: the host's share of a render's time, and the memory.
 //!
-//! Timed is all that the host does while a render runs, beside the device: summing blocks, their squares and odd blocks, the ledger, the estimates on
-//! the way and the last one. What the error needs is a part of that, so that the share is an upper bound of what the estimate costs.
+//! Timed is all that the host does while a render runs, beside the device: summing blocks, their squares and odd blocks, the ledger, the
+//! estimates on the way and the last one. What the error needs is a part of that: the share is an upper bound of what it costs.
 
 use std::cell::Cell;
 use std::ops::Range;

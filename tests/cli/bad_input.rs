@@ -76,7 +76,7 @@ fn cameras() {
 #[test]
 fn flags() {
     let cornell = scene("cornell.toml").display().to_string();
-    let cases: [(&[&str], &[&str]); 33] = [
+    let cases: [(&[&str], &[&str]); 35] = [
         (&["--variant", "Red"], &["cornell.toml", "`variant`", "[[model]]"]),
         (&["--scene", "1"], &["cornell.toml", "`scene`", "[[model]]"]),
         (&["--texture-filter", "blur"], &["blur", "exact", "mipmap"]),
@@ -86,6 +86,8 @@ fn flags() {
         (&["--spp", "0"], &["--spp"]),
         (&["--time", "nan"], &["--time", "above 0"]),
         (&["--error", "0"], &["--error", "above 0"]),
+        (&["--error", "-1"], &["--error", "above 0"]),
+        (&["--samples", "-16..16"], &["--samples", "-16..16"]),
         (&["-o", "a.png", "-o", "./a.png"], &["./a.png", "another name"]),
         (&["-o", "a.png", "--record", "a.png"], &["a.png", "another name"]),
         (&["--tiled", "--error", "0.1"], &["--spp", "--error"]),

@@ -63,6 +63,7 @@ fn what_cannot_be_studied_is_refused() {
     let path = scene("minimal.toml").display().to_string();
     refuses(&["converge", &path, "-o", &out, "--variants", "mis+soboll"], &["soboll", "sobol"]);
     refuses(&["converge", &path, "-o", &out, "--variants", "mis,bsdf,mis"], &["--variants", "'mis'", "twice"]);
+    refuses(&["converge", &path, &path, "-o", &out], &["two scenes are called", "rename"]);
     refuses(&["converge", &path, "-o", &out, "--variants", "bsdf+light"], &["'bsdf' and 'light'"]);
     refuses(&["converge", &path, "-o", &out, "--budget", "0"], &["--budget", "above 0"]);
     refuses(&["converge", &path, "-o", "/proc/none"], &["/proc/none"]);

@@ -10,6 +10,7 @@ use crate::film::slot::{self, BLOCK_SAMPLES};
 
 /// One slot in so many may be taken again sample by sample; with more, all are.
 const CUT_SHARE: usize = 64;
+
 impl Renderer {
     /// Slots in which the driver ended loops, to be taken again; where they are many, every sample shall have its own invocation.
     pub(super) fn cut_slots(&mut self, rows: &[[u32; 4]]) -> Vec<usize> {

@@ -32,6 +32,13 @@ pub struct Point {
     pub flip_high: f64,
 }
 
+impl Point {
+    /// `figures`, unless nothing is left of the error when the reference's own noise is taken off.
+    pub fn relmse_words(&self, figures: String) -> String {
+        if self.relmse > 0.0 { figures } else { "below the reference's noise".into() }
+    }
+}
+
 /// Seconds to reach a relMSE on the median curve.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Quality {

@@ -294,15 +294,15 @@ fn table(summaries: &[Summary]) -> String {
     }
     text += "</tr>";
     for s in summaries {
+        let relmse = s.at_budget.relmse_words(format!("{:.2e}", s.at_budget.relmse));
         let _ = write!(
             text,
-            "<tr><td>{}</td><td>{:.2}</td><td>{:.3}</td><td>{}</td><td>{:.2e}</td><td>{:.4}</td><td>{}</td><td>{}</td><td>{}</td>\
+            "<tr><td>{}</td><td>{:.2}</td><td>{:.3}</td><td>{}</td><td>{relmse}</td><td>{:.4}</td><td>{}</td><td>{}</td><td>{}</td>\
              <td>{}</td><td>{}</td>",
             escape(&s.variant),
             s.setup_s,
             s.throughput_MSps,
             s.at_budget.spp,
-            s.at_budget.relmse,
             s.at_budget.flip,
             with(s.exponent, &|v| format!("{v:.2}")),
             s.estimate_ratio.map_or("-".into(), |v| format!("{v:.2}")),

@@ -22,10 +22,8 @@ pub fn markdown(scenes: &[(String, Vec<Summary>)]) -> String {
             let time = s.qualities.iter().find(|q| q.relmse == QUALITY);
             let time =
                 time.map_or("-".into(), |q| format!("{}{:.2}", if q.is_extrapolated { "~" } else { "" }, q.seconds));
-            let relmse = match end.relmse > 0.0 {
-                true => format!("{:.2e} [{:.2e}, {:.2e}]", end.relmse, end.relmse_low, end.relmse_high),
-                false => "below the reference's noise".into(),
-            };
+            let figures = format!("{:.2e} [{:.2e}, {:.2e}]", end.relmse, end.relmse_low, end.relmse_high);
+            let relmse = end.relmse_words(figures);
             let _ = writeln!(
                 text,
                 "| {scene} | {} | {} | {relmse} | {:.4} | {time} | {} | {} | {} |",
